@@ -63,14 +63,16 @@ class Carried:
     without_nm: float
     form: str
 
-    @property
-    def sure(self) -> bool:
-        """Return whether any of its numbers is surely not nothing.
+    def is_sure(self, twin: Twin) -> bool:
+        """Return whether any of its numbers is surely not nothing; its weight, where a twin weighs.
 
         What sets recordings apart may be anything, as a motor that was warmer in some; shared out
-        among gravity and inertia it leaves none of them known.
+        among gravity and inertia it leaves none of them known. And what is carried by an arm that
+        has a weight cannot have an inertia alone: that is friction of another kind, as a rule.
         """
-        known = (p for p in self.numbers.values() if p.ci95 is not None)
+        weighs = any(getattr(twin, name) for name in GRAVITY)
+        asked = (p for name, p in self.numbers.items() if name in GRAVITY or not weighs)
+        known = (p for p in asked if p.ci95 is not None)
         return any(abs(p.value) > _SURELY * _half(p) for p in known)
 
     def lacks_the_weight(self, twin: Twin) -> bool:

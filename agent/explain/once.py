@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -84,8 +83,6 @@ class Known:
         Whether the velocity is to be brought in step with the position; None where it may show.
     for_a_delay : bool
         Whether it is because a first choice had a delay of the torque, which may not last.
-    left_nm : float
-        What was left before it was, where it is because more than noise was; else infinite.
     """
 
     late_s: float = 0.0
@@ -98,7 +95,31 @@ class Known:
     doubted: Doubted | None = None
     aligned: bool | None = None
     for_a_delay: bool = False
-    left_nm: float = math.inf
+
+
+@dataclass(frozen=True)
+class Looked:
+    """What is found in recordings beside what is known of them.
+
+    Parameters
+    ----------
+    known : Known
+    asked : Asked
+    table : Table
+        Of the recordings, without what creeps.
+    found : Study
+    given : Given
+    """
+
+    known: Known
+    asked: Asked
+    table: Table
+    found: Study
+    given: Given
+
+
+class _NotAskableError(Exception):
+    """Why recordings cannot be asked about."""
 
 
 def asked_once(
@@ -140,20 +161,14 @@ def _asked(
     if refusal:
         return nothing_decided(f"not decidable: {refusal}", *names), None
     try:
-        asked, table = tabulated(
-            twin, runs, holdout, known.late_s, known.band_hz, align_velocity=known.aligned
-        )
-        table = without_creep(table, known.creep_rad_s)
-    except ValueError as error:
-        return nothing_decided(f"not decidable: {error}", *names), None
-    refusal = undecidable(table, twin)
-    if refusal:
-        return nothing_decided(refusal, *names), None
-    told = replace(table, one_zero=known.one_zero, one_load=known.one_load)
-    found, given = studied(twin, replace(told, in_step_for_a_delay=known.aligned is None))
-    better = _better_known(found, table, asked, known)
+        looked = _looked(twin, runs, holdout, known)
+        looked = _in_step_where_much_is_left(looked, twin, runs, holdout)
+    except _NotAskableError as error:
+        return nothing_decided(str(error), *names), None
+    better = _better_known(looked)
     if better is not None:
         return asked_once(twin, runs, holdout, limits, better)
+    known, asked, found, given = looked.known, looked.asked, looked.found, looked.given
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
     zeros = own_zeros(found)
@@ -164,7 +179,7 @@ def _asked(
         again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
         return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if known.carried else carried_by_some(found)
-    if carried is not None and not carried.sure:
+    if carried is not None and not carried.is_sure(twin):
         return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
     if carried is not None:
         carried = _all_of_it(carried, twin, runs, holdout, known)
@@ -179,6 +194,43 @@ def _asked(
     if known.doubted is not None:
         given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
     return _explained(found, given, asked, limits, *names)
+
+
+def _looked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], known: Known) -> Looked:
+    """Return what is found; raise why recordings cannot be asked about."""
+    try:
+        asked, table = tabulated(
+            twin, runs, holdout, known.late_s, known.band_hz, align_velocity=known.aligned
+        )
+        table = without_creep(table, known.creep_rad_s)
+    except ValueError as error:
+        raise _NotAskableError(f"not decidable: {error}") from error
+    refusal = undecidable(table, twin)
+    if refusal:
+        raise _NotAskableError(refusal)
+    told = replace(table, one_zero=known.one_zero, one_load=known.one_load)
+    told = replace(told, in_step_for_a_delay=known.aligned is None)
+    return Looked(known, asked, table, *studied(twin, told))
+
+
+def _in_step_where_much_is_left(
+    looked: Looked, twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]
+) -> Looked:
+    """Return what is found in step with the position, where that leaves less.
+
+    That is asked only where far more than noise is left beside a velocity later than any usually
+    is.
+    """
+    known, found = looked.known, looked.found
+    if known.aligned is not None or _delays(found) or not hides_much(found.left, looked.table):
+        return looked
+    try:
+        in_step = _looked(twin, runs, holdout, replace(known, aligned=True))
+    except _NotAskableError:
+        in_step = looked
+    if in_step is not looked and in_step.found.left.left_nm <= found.left.left_nm:
+        return in_step
+    return replace(looked, known=replace(known, aligned=False))
 
 
 def _all_of_it(
@@ -197,15 +249,13 @@ def _all_of_it(
     return carried.joined_by(more, len(runs)) or carried
 
 
-def _better_known(found: Study, table: Table, asked: Asked, known: Known) -> Known | None:
+def _better_known(looked: Looked) -> Known | None:
     """Return what is known of the signals since something was found; None where it is no more."""
+    known, found, table, asked = looked.known, looked.found, looked.table, looked.asked
     if known.aligned is None and any(hides_in(delay, table) for delay in _delays(found)):
         return replace(known, aligned=True)
-    if known.aligned is None and hides_much(found.left, table) and not _delays(found):
-        return replace(known, aligned=True, left_nm=found.left.left_nm)
-    of_no_use = known.for_a_delay and not known.late_s and not _delays(found)
-    if of_no_use or found.left.left_nm > known.left_nm:
-        return replace(known, aligned=False, for_a_delay=False, left_nm=math.inf)
+    if known.for_a_delay and not known.late_s and not _delays(found):
+        return replace(known, aligned=False, for_a_delay=False)
     if not known.late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:

@@ -106,20 +106,26 @@ def test_recordings_that_carry_the_same_are_no_two_kinds() -> None:
 
 
 @pytest.mark.parametrize(
-    ("sin_nm", "inertia_kg_m2", "sure"),
+    ("sin_nm", "inertia_kg_m2", "sure", "where_the_arm_weighs"),
     [
-        (Parameter(-0.053, (-0.12, 0.015)), Parameter(-3.0e-4, (-5.8e-4, -1.4e-5)), False),
-        (Parameter(0.12, (0.10, 0.14)), Parameter(1.0e-5, (-1.0e-4, 1.2e-4)), True),
-        (Parameter(0.01, (-0.12, 0.14)), Parameter(1.0e-3, (0.9e-3, 1.1e-3)), True),
+        (Parameter(-0.053, (-0.12, 0.015)), Parameter(-3.0e-4, (-5.8e-4, -1.4e-5)), False, False),
+        (Parameter(0.12, (0.10, 0.14)), Parameter(1.0e-5, (-1.0e-4, 1.2e-4)), True, True),
+        (Parameter(0.01, (-0.12, 0.14)), Parameter(1.0e-3, (0.9e-3, 1.1e-3)), True, False),
     ],
 )
 def test_a_load_is_one_of_whose_numbers_one_is_surely_not_nothing(
-    sin_nm: Parameter, inertia_kg_m2: Parameter, sure: bool
+    sin_nm: Parameter, inertia_kg_m2: Parameter, sure: bool, where_the_arm_weighs: bool
 ) -> None:
-    """The coolest four of six recordings "carried" what a warmer motor lacked in torque."""
+    """The coolest four of six recordings "carried" what a warmer motor lacked in torque.
+
+    And one "carried" an inertia below nothing that did not weigh: friction with a memory.
+    """
     none = Parameter(-0.004, (-0.022, 0.014))
     numbers = {"gravity_sin_nm": sin_nm, "gravity_cos_nm": none, "inertia_kg_m2": inertia_kg_m2}
-    assert Carried((0, 1), ("a", "b"), numbers, 1.0, 0.83, 0.0, 0.0, "").sure is sure
+    carried = Carried((0, 1), ("a", "b"), numbers, 1.0, 0.83, 0.0, 0.0, "")
+    upright = replace(KNOWN, gravity_sin_nm=0.0, gravity_cos_nm=0.0)
+    assert carried.is_sure(upright) is sure
+    assert carried.is_sure(replace(upright, gravity_sin_nm=4.1)) is where_the_arm_weighs
 
 
 def test_a_set_of_recordings_is_a_numbers_bits() -> None:
