@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+_ARM, _SPEED, _PUSH, _DRAWN, _WOUND, _HELD, _BEGAN, _SINE, _COSINE = range(9)  # of a carried arm
+
 
 @njit(cache=True)
 def relax(steady: Floats, keep: Floats, start: float) -> Floats:
@@ -169,7 +171,7 @@ def slipping(
 
 
 @njit(cache=True)
-def carried_arm(
+def carried_arms(
     time_s: Floats,
     position_rad: Floats,
     velocity_rad_s: Floats,
@@ -177,7 +179,7 @@ def carried_arm(
     stiffness: float,
     cubic: float,
     damping: float,
-    half_gap: float,
+    half_gaps: Floats,
     gravity_sin: float,
     gravity_cos: float,
     gear_ratio: float,
@@ -191,7 +193,10 @@ def carried_arm(
     holds: float,
     travel: float,
 ) -> Floats:
-    """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
+    """Return the torques, shape (a, n), with which the motor carries arms behind springs.
+
+    They are alike but for their `half_gaps`, shape (a,), and move side by side: a step waits for
+    the one before it, but not for another arm's.
 
     The arm's own friction is `dry`, shape (n,); before it slips it gives way like a spring, over
     `dry_travel`.
@@ -206,8 +211,9 @@ def carried_arm(
     moves by velocity Verlet steps, of second order and without energy of their own: `substeps` in
     the longest step between samples, fewer in shorter ones.
     """
-    out = np.empty(time_s.shape[0])
+    out = np.empty((half_gaps.shape[0], time_s.shape[0]))
     per_inertia, per_ratio = 1.0 / inertia, 1.0 / gear_ratio
+    per_dry_travel, per_travel, has_film = 1.0 / dry_travel, 1.0 / travel, film != 0.0
     longest = 0.0
     for k in range(1, time_s.shape[0]):
         longest = max(longest, time_s[k] - time_s[k - 1])
@@ -218,10 +224,13 @@ def carried_arm(
         drawn = math.copysign(1.0, velocity_rad_s[0])
     speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
     hang = weight + dry[0] * drawn + viscous * speed + inertia * acceleration
-    arm = position_rad[0] - _hung(hang, stiffness, cubic, half_gap)
-    push, torque, held = acceleration, hang, 0.0
-    wound = _pressed(position_rad[0] - arm, half_gap)
-    out[0] = hang
+    state = np.empty((half_gaps.shape[0], 9))
+    for a in range(half_gaps.shape[0]):
+        own, half_gap = state[a], half_gaps[a]
+        arm = position_rad[0] - _hung(hang, stiffness, cubic, half_gap)
+        own[_ARM], own[_SPEED], own[_PUSH], own[_DRAWN] = arm, speed, acceleration, drawn
+        own[_WOUND], own[_HELD] = _pressed(position_rad[0] - arm, half_gap), 0.0
+        out[a, 0] = hang
     for k in range(1, time_s.shape[0]):
         dt = time_s[k] - time_s[k - 1]
         q0, q1 = position_rad[k - 1], position_rad[k]
@@ -229,26 +238,34 @@ def carried_arm(
         steps = max(1, math.ceil(substeps * dt / longest - 1e-9))
         share = 1.0 / steps
         h, per_s = dt * share, 1.0 / dt
-        # Gravity along an interval by its Taylor series: a sine a step would cost most of all.
-        began = arm
-        sin0, cos0 = math.sin(arm * per_ratio), math.cos(arm * per_ratio)
+        for own in state:
+            # Gravity along an interval by its Taylor series: a sine a step would cost most of all.
+            angle = own[_ARM] * per_ratio
+            own[_BEGAN], own[_SINE], own[_COSINE] = own[_ARM], math.sin(angle), math.cos(angle)
         for i in range(1, steps + 1):
             u = i * share
-            half = speed + 0.5 * h * push
-            arm += h * half
-            drawn = min(max(drawn + h * half / dry_travel, -1.0), 1.0)
-            ahead = 0.0
-            if damping != 0.0 or film != 0.0:
-                ahead = _rate_between(u, q0, v0, q1, v1) * per_s - half - 0.5 * h * push
-            before, wound = wound, _pressed(_between(u, q0, v0, q1, v1) - arm, half_gap)
-            held = _drawn_on(held, (wound - before) / travel)
-            pull = stiffness * wound + cubic * wound * wound * wound + holds * held
-            torque = _borne(wound, ahead, pull, damping, half_gap, film)
-            sine, cosine = _turned(sin0, cos0, (arm - began) * per_ratio)
-            weight = gravity_sin * sine + gravity_cos * cosine
-            push = (torque - weight - dry[k] * drawn - viscous * half) * per_inertia
-            speed = half + 0.5 * h * push
-        out[k] = torque
+            motor, rate = _between(u, q0, v0, q1, v1), 0.0
+            if damping != 0.0 or has_film:
+                rate = _rate_between(u, q0, v0, q1, v1) * per_s
+            for a in range(half_gaps.shape[0]):
+                own, half_gap = state[a], half_gaps[a]
+                push, ahead = own[_PUSH], 0.0
+                half = own[_SPEED] + 0.5 * h * push
+                arm = own[_ARM] + h * half
+                drawn = min(max(own[_DRAWN] + h * half * per_dry_travel, -1.0), 1.0)
+                if damping != 0.0 or has_film:
+                    ahead = rate - half - 0.5 * h * push
+                wound = _pressed(motor - arm, half_gap)
+                pull = stiffness * wound + cubic * wound * wound * wound
+                if holds != 0.0:
+                    own[_HELD] = _drawn_on(own[_HELD], (wound - own[_WOUND]) * per_travel)
+                    pull += holds * own[_HELD]
+                torque = _borne(wound, ahead, pull, damping, half_gap, film)
+                sine, cosine = _turned(own[_SINE], own[_COSINE], (arm - own[_BEGAN]) * per_ratio)
+                weight = gravity_sin * sine + gravity_cos * cosine
+                push = (torque - weight - dry[k] * drawn - viscous * half) * per_inertia
+                own[_ARM], own[_SPEED], own[_PUSH] = arm, half + 0.5 * h * push, push
+                own[_DRAWN], own[_WOUND], out[a, k] = drawn, wound, torque
     return out
 
 

@@ -18,7 +18,6 @@ from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import Table
-from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED, YIELDING, along_the_way
 from agent.physics.twin import Effect, Twin
@@ -141,11 +140,11 @@ def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:
     if effect in CARRIED:
         coulomb = coulomb_nm(scene)
         without = (*_ageing(scene), *_yielding(scene, coulomb))
-    table, twin = scene.table, _plain(scene, coulomb)
+    twin = _plain(scene, coulomb)
     with_it = replace(twin, effects=(*without, Effect(effect, dict(entry))))
-    out = effects_nm(with_it, table.runs, table.pieces, table.full)
+    out = scene.table.effects_nm(with_it)
     if without:
-        out -= effects_nm(replace(twin, effects=without), table.runs, table.pieces, table.full)
+        return np.asarray(out - scene.table.effects_nm(replace(twin, effects=without)))
     return out
 
 
@@ -157,14 +156,8 @@ def coulomb_nm(scene: Scene) -> float:
     coulomb = max(float(scene.theta[2]), 0.0)
     if not scene.ageing:
         return coulomb
-    table = scene.table
     level = coulomb * scene.worn_share
-    law = effects_nm(
-        replace(_plain(scene, coulomb), effects=_ageing(scene)),
-        table.runs,
-        table.pieces,
-        table.full,
-    )
+    law = scene.table.effects_nm(replace(_plain(scene, coulomb), effects=_ageing(scene)))
     own = level - along_the_way(law, scene.direction)
     return max(float(np.median(own[scene.direction != 0.0])), 0.0)
 

@@ -18,7 +18,6 @@ from agent.explain.rows.pieces import known_part
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
-from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.linear import solve_blocks
 from agent.physics.twin import Effect, Twin
@@ -188,8 +187,7 @@ def predicted(table: Table, twin: Twin) -> Floats:
     plain = table.base @ np.array([getattr(twin, name) for name in BASE])
     if not twin.effects:
         return np.asarray(plain)
-    extra = effects_nm(twin, table.runs, table.pieces, table.full)
-    return np.asarray(plain + known_part(extra, table.pieces))
+    return np.asarray(plain + known_part(table.effects_nm(twin), table.pieces))
 
 
 def left_by(twin: Twin, table: Table) -> Floats:

@@ -8,7 +8,7 @@ of the velocity included. Every stretch has the band that its own sampling rate 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,7 +30,7 @@ from agent.explain.rows.pieces import (
 )
 from agent.explain.rows.run import CORNERS, Run, are_simulated
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
-from agent.explain.rows.twin_effects import effects_nm, load_nm
+from agent.explain.rows.twin_effects import Predictions, effects_nm, load_nm
 from agent.explain.rows.use import use_columns
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, read_motion
@@ -108,6 +108,8 @@ class Table:
         Whether no recording is asked for a load of its own.
     in_step_for_a_delay : bool
         Whether the velocity is to be brought in step if a delay of the torque shows.
+    predictions : Predictions
+        What effects were asked for, by this table or those that it was made of.
     """
 
     runs: tuple[Run, ...]
@@ -138,6 +140,7 @@ class Table:
     one_zero: bool = False
     one_load: bool = False
     in_step_for_a_delay: bool = False
+    predictions: Predictions = field(default_factory=Predictions, repr=False, compare=False)
 
     @property
     def target_nm(self) -> Floats:
@@ -159,6 +162,10 @@ class Table:
     def sliding(self) -> NDArray[np.bool_]:
         """Return which rows are used and no edge, shape (n,)."""
         return np.asarray(self.used & (self.stratum != EDGE))
+
+    def effects_nm(self, twin: Twin) -> Floats:
+        """Return what a twin's effects add to its plain torque at full rate, (N,), read only."""
+        return self.predictions.effects_nm(twin, self.runs, self.pieces, self.full)
 
     def has(self, name: str) -> bool:
         """Return whether a column was recorded in every run."""

@@ -87,7 +87,7 @@ class Carrier:
 
         See `extra_nm`.
         """
-        from agent.physics.kernels import carried_arm
+        from agent.physics.kernels import carried_arms
 
         law = TwoMass(
             1.0,
@@ -112,32 +112,29 @@ class Carrier:
         worn = base.worn_share(motion)[known]
         before = np.full(time.shape[0] - worn.shape[0], worn[0])
         friction_nm = self.arm_coulomb_nm * np.concatenate((before, worn))
-        each = [
-            carried_arm(
-                time,
-                angle,
-                speed,
-                law.arm_inertia_kg_m2,
-                law.stiffness_nm_per_rad,
-                law.cubic_stiffness_nm_per_rad3,
-                law.damping_nm_s_per_rad,
-                gap.half_gap_rad,
-                base.gravity_sin_nm,
-                base.gravity_cos_nm,
-                base.gear_ratio,
-                steps,
-                *start,
-                friction_nm,
-                self.arm_yield_rad,
-                self.film_damping_nm_s_per_rad,
-                self.arm_viscous_nm_s_per_rad,
-                self.hysteresis_nm,
-                self.hysteresis_travel_rad,
-            )[own]
-            for gap in gaps
-        ]
+        each = carried_arms(
+            time,
+            angle,
+            speed,
+            law.arm_inertia_kg_m2,
+            law.stiffness_nm_per_rad,
+            law.cubic_stiffness_nm_per_rad3,
+            law.damping_nm_s_per_rad,
+            np.array([gap.half_gap_rad for gap in gaps]),
+            base.gravity_sin_nm,
+            base.gravity_cos_nm,
+            base.gear_ratio,
+            steps,
+            *start,
+            friction_nm,
+            self.arm_yield_rad,
+            self.film_damping_nm_s_per_rad,
+            self.arm_viscous_nm_s_per_rad,
+            self.hysteresis_nm,
+            self.hysteresis_travel_rad,
+        )
         shaft = np.full_like(motion.velocity_rad_s, np.nan)
-        shaft[known] = np.mean(each, axis=0)
+        shaft[known] = np.mean(each, axis=0)[own]
         return shaft
 
     def _rate_per_s(self, motion: Motion, base: Base) -> float:

@@ -33,13 +33,13 @@ def shaken_nm(
     swing_rad_s, damping_ratio : float
         Of the arm on its spring while that end is held.
     """
-    from agent.physics.kernels import carried_arm
+    from agent.physics.kernels import carried_arms
 
     out = np.full_like(time_s, np.nan)
     known = known_of(time_s, angle_rad, velocity_rad_s)
     longest_s = float(np.max(np.diff(time_s[known]), initial=0.0))
     rate_per_s = swing_rad_s * (1.0 + 2.0 * damping_ratio)
-    out[known] = carried_arm(
+    (out[known],) = carried_arms(
         time_s[known].copy(),
         angle_rad[known].copy(),
         velocity_rad_s[known].copy(),
@@ -47,7 +47,7 @@ def shaken_nm(
         inertia_kg_m2 * swing_rad_s**2,
         0.0,
         2.0 * damping_ratio * swing_rad_s * inertia_kg_m2,
-        0.0,
+        np.zeros(1),
         0.0,
         0.0,
         1.0,

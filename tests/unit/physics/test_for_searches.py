@@ -20,7 +20,7 @@ from agent.physics.friction_oil import (
     thinned_share,
     thinning_share,
 )
-from agent.physics.kernels import carried_arm
+from agent.physics.kernels import carried_arms
 from agent.physics.kernels_arm import shaft_rad_s2
 from agent.physics.periodic import KinematicError, ResolverError, wave_rates
 from agent.physics.reported import TorqueSaturation, limited_nm
@@ -131,7 +131,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         40,
         paths,
     )
-    law = carried_arm(
+    (law,) = carried_arms(
         TIME,
         position,
         speed,
@@ -139,7 +139,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         stiffness,
         stiffening * stiffness,
         2.0 * damping * inertia * omega,
-        half_gap,
+        np.array([half_gap]),
         0.0,
         0.0,
         100.0,
