@@ -31,21 +31,18 @@ def relax(steady: Floats, keep: Floats, start: float) -> Floats:
 
 @njit(cache=True, nogil=True)
 def smoothed(time: Floats, values: Floats, lag_s: float) -> Floats:
-    """Return what a first-order low-pass makes of values on straight lines, shape (n,).
+    """Return what a first-order low-pass makes of columns on straight lines, shape (n, k).
 
-    It begins settled, and anew behind a value that is not known.
+    Each begins settled, and anew behind a value that is not known.
     """
-    out = np.empty_like(values)
-    state = np.nan
-    for k in range(values.shape[0]):
-        if k == 0 or not (math.isfinite(state) and math.isfinite(values[k])):
-            state = values[k]
-        else:
-            step = time[k] - time[k - 1]
-            keep = math.exp(-step / lag_s)
-            behind = (values[k] - values[k - 1]) / step * lag_s  # a ramp's delay
-            state = values[k] - behind + (state - values[k - 1] + behind) * keep
-        out[k] = state
+    out = values.copy()
+    for i in range(1, values.shape[0]):
+        step = time[i] - time[i - 1]
+        keep, per_step = math.exp(-step / lag_s), lag_s / step
+        for k in range(values.shape[1]):
+            behind = (values[i, k] - values[i - 1, k]) * per_step  # a ramp's delay
+            state = values[i, k] - behind + (out[i - 1, k] - values[i - 1, k] + behind) * keep
+            out[i, k] = state if math.isfinite(state) else values[i, k]
     return out
 
 

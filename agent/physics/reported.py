@@ -145,7 +145,7 @@ class Smoothing:
         """
         from agent.physics.kernels import smoothed
 
-        return np.asarray(smoothed(time_s, true, self.lag_s))
+        return np.asarray(smoothed(time_s, true[:, np.newaxis], self.lag_s)[:, 0])
 
 
 def at_times(time_s: Floats, values: Floats, when_s: Floats) -> Floats:

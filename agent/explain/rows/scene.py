@@ -261,15 +261,9 @@ class Scene:
         """Return full-rate columns, shape (N,) or (N, k), behind the torque's low-pass."""
         from agent.physics.kernels import smoothed
 
-        out = np.empty_like(raw)
-        for at, _ in self.each_piece():
-            time = self.full("time_s")[at]
-            if raw.ndim == 1:
-                out[at] = smoothed(time, raw[at], self.lag_s)
-            else:
-                for k in range(raw.shape[1]):
-                    out[at, k] = smoothed(time, np.ascontiguousarray(raw[at, k]), self.lag_s)
-        return out
+        own, time = np.ascontiguousarray(raw.reshape(raw.shape[0], -1)), self.full("time_s")
+        each = [smoothed(time[at], own[at], self.lag_s) for at, _ in self.each_piece()]
+        return np.concatenate(each).reshape(raw.shape)
 
     def on_time(self, rows_nm: Floats) -> Floats:
         """Return a torque at the rows, shape (n,), in step with the motion."""
