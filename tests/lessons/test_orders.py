@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,10 @@ from agent.explain.forms import cable
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import ripple as forms_ripple
 from agent.explain.forms.form import Form
+from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
+from agent.explain.numbers.intervals import with_intervals
+from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.resting import at_own_numbers, settled_beside
 from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
@@ -164,13 +167,41 @@ def test_a_wobble_that_comes_through_a_spring_is_the_gears(weight_nm: float) -> 
     values = term.scored.values()
     assert values["order_per_motor_rev"] == pytest.approx(ORDER, abs=0.01)
     assert values["antiresonance_hz"] == pytest.approx(SPRING_HZ, rel=0.05)
-    found = math.hypot(values["cos_kg_m2_rad"], values["sin_kg_m2_rad"])
-    assert found == pytest.approx(ARM_SHARE * TWIN.inertia_kg_m2 * ERROR_RAD, rel=0.2)
-    own = {name: Parameter(value, (0.9 * value, 1.1 * value)) for name, value in values.items()}
-    told = as_in_twin(term.scored.form, scene, own)
+    found = math.hypot(values["cos_rad"], values["sin_rad"])
+    behind = values["arm_inertia_share"] * inertia_of(scene)
+    assert found * behind == pytest.approx(ARM_SHARE * TWIN.inertia_kg_m2 * ERROR_RAD, rel=0.2)
+
+
+def with_its_intervals(joint: Joint) -> Mapping[str, Parameter]:
+    """Return the numbers of the one wobble that a joint has, as a twin has them."""
+    library = library_of(tabulated(joint))
+    library, choice = settled_beside(library, choose(library))
+    model = with_intervals(library, fit_model(library, TWIN, choice.terms))
+    ((term, own),) = zip(model.terms, model.parameters, strict=True)
+    return as_in_twin(term.scored.form, library.scene, own)
+
+
+@pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])
+def test_where_its_arm_is_not_known_a_wobble_is_known_as_a_product(weight_nm: float) -> None:
+    """It had been three times too small, with an interval."""
+    told = with_its_intervals(Joint(gear_wobbles=True, weight_nm=weight_nm))
     assert told["order_per_motor_rev"].identified
-    for name in ("cos_rad", "sin_rad", "arm_inertia_kg_m2"):  # it had been 3 times too small
+    for name in ("cos_rad", "sin_rad", "arm_inertia_kg_m2"):
         assert not told[name].identified
+
+
+def test_a_weight_tells_a_wobble_from_its_arms_inertia() -> None:
+    told = with_its_intervals(
+        Joint(gear_wobbles=True, weight_nm=10.0, error_rad=0.02, spring_hz=60.0)
+    )
+    for name, true in (
+        ("cos_rad", 0.0),  # next to nothing, and known as well as the other part
+        ("sin_rad", 0.02),
+        ("arm_inertia_kg_m2", ARM_SHARE * TWIN.inertia_kg_m2),
+    ):
+        low, high = told[name].ci95 or (math.nan, math.nan)
+        assert low < true < high
+        assert high - low < 0.3 * (true or 0.02)
 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])

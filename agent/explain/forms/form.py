@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from agent.explain.rows.scene import Scene
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 
 Point = tuple[float, ...]
 Columns = Callable[[Scene, Point], Floats]
@@ -114,6 +114,8 @@ class Form:
     as_product : str
         Why the twin has other numbers than the form, of which only a product is known; empty where
         the twin's are as well known as the form's.
+    told_apart_by : str
+        The number that, where it is known, tells apart what else is known as that product only.
     """
 
     effect: str
@@ -147,11 +149,17 @@ class Form:
     in_one_product: bool = False
     assumes: Mapping[str, str] = field(default_factory=dict, hash=False)
     as_product: str = ""
+    told_apart_by: str = ""
 
     @property
     def size(self) -> int:
         """Return the number of free numbers."""
         return len(self.linear) + len(self.nonlinear)
+
+    def known_as_product(self, numbers: Mapping[str, Parameter]) -> str:
+        """Return why the twin's numbers are known as a product only; empty where they are not."""
+        apart = self.told_apart_by and numbers[self.told_apart_by].identified
+        return "" if apart else self.as_product
 
     def carried_over(self, before: Scene, now: Scene, point: Point) -> Point:
         """Return the point of the same law beside the numbers that the twin has now."""

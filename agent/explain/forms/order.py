@@ -26,7 +26,8 @@ _BORNE = 2  # orders that the weight shows, beside those that shake
 _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
-_SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
+_SHARE = "arm_inertia_share"
+_SPRING = ("antiresonance_hz", "damping_ratio", _SHARE)
 _RUBS = "arm_friction_share"  # of the dry friction: bearing and seal of the arm
 _AS_PRODUCT = (
     "known only times the arm's inertia, taken as a share of the joint's: the less of it is the "
@@ -133,10 +134,11 @@ def _wobble(scene: Scene, point: Point) -> Floats:
     """Return what reaches the motor through the gear's spring when the ratio wobbles, (N, 2).
 
     The spring is driven by ``q + e(q)``: below the arm's resonance as through a stiff gear, near it
-    more, above it ever less.
+    more, above it ever less. Per radian of the wobble, as the weight shows it whatever the inertia.
     """
     order, hertz, damping, share, friction = point
-    return _swings(scene, order, hertz, damping) + _geared(scene, order, share, friction)
+    per_inertia = _swings(scene, order, hertz, damping) + _geared(scene, order, share, friction)
+    return share * inertia_of(scene) * per_inertia
 
 
 def _wobble_limits(scene: Scene) -> Sequence[tuple[float, float]]:
@@ -160,7 +162,7 @@ def _spring_step(scene: Scene) -> Point:
 
 def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Split into an error of the angle and the inertia behind it; only the product is known."""
-    inertia = values.get("arm_inertia_share", _ARM_SHARE) * float(scene.theta[0])
+    inertia = _ARM_SHARE * inertia_of(scene)
     return (
         {
             "cos_rad": values["cos_kg_m2_rad"] / inertia,
@@ -173,10 +175,13 @@ def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
 
 
 def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    """Return the same with the spring through which the arm is shaken."""
-    (stiff,) = _kinematic_twin(scene, values)
-    spring = {name: values[name] for name in ("antiresonance_hz", "damping_ratio")}
-    return ({**stiff, **spring},)
+    """Return the wobble with the arm behind it, and the spring through which that is shaken."""
+    own = {name: value for name, value in values.items() if name not in (_SHARE, _RUBS)}
+    arm = {
+        "arm_inertia_kg_m2": values[_SHARE] * inertia_of(scene),
+        "arm_coulomb_nm": values[_RUBS] * max(float(scene.theta[2]), 0.0),
+    }
+    return ({**own, **arm},)
 
 
 def _whole_orders(scene: Scene) -> Sequence[Point]:
@@ -233,8 +238,8 @@ def _ripple_and_late(scene: Scene, point: Point) -> Floats:
 
 def _resolver_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the error with the spring on which the arm lags behind the motor that it shakes."""
-    arm = {"arm_inertia_kg_m2": values["arm_inertia_share"] * inertia_of(scene)}
-    return ({**{name: v for name, v in values.items() if name != "arm_inertia_share"}, **arm},)
+    arm = {"arm_inertia_kg_m2": values[_SHARE] * inertia_of(scene)}
+    return ({**{name: v for name, v in values.items() if name != _SHARE}, **arm},)
 
 
 BESIDE_A_WAVE = Form(
@@ -266,7 +271,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "kinematic-error",
         "one order, through the gear's spring",
-        ("cos_kg_m2_rad", "sin_kg_m2_rad"),
+        ("cos_rad", "sin_rad"),
         _wobble,
         ("order_per_motor_rev", *_SPRING, _RUBS),
         _wobble_grid,
@@ -278,6 +283,7 @@ FORMS: tuple[Form, ...] = (
         rests_on_numbers=True,
         from_residual=True,
         as_product=_AS_PRODUCT,
+        told_apart_by=_SHARE,
     ),
     Form(
         "resolver-error",

@@ -56,13 +56,14 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
     free = {key: p for key, p in own.items() if key not in trial}
     moved = {key: _moved(form, scene, values, key, p) for key, p in free.items()}
     out: dict[str, Parameter] = {}
+    as_product = form.known_as_product(own)
     for name, value in tables[0].items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             continue  # an instant is no quantity
         if name in own and own[name].value == value:
             out[name] = own[name]
-        elif form.as_product:
-            out[name] = Parameter.not_identified(form.as_product, float(value))
+        elif as_product:
+            out[name] = Parameter.not_identified(as_product, float(value))
         else:
             out[name] = _converted(free, moved, name, float(value))
     return out

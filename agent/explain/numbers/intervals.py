@@ -76,7 +76,8 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     are one slope: neither is known, and an interval from minus nine to seventeen times the number
     is none. Nor is one that reaches below zero where physics does not: the law is there, and its
     size would be nothing. Without a weight a load has no scale, and friction under it is a product.
-    Nor, whatever the law, one that is as wide as many times the number, on both sides of zero.
+    Nor, whatever the law, one that is as wide as many times the number, on both sides of zero. A
+    wave's sine may be nothing where its cosine is surely not.
     And where a number along which the error is uneven is not known, the others are known at one of
     its values only, each of which has its own.
 
@@ -89,16 +90,27 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     if any(not numbers[name].identified for name in form.uneven):
         return {name: _with_that(number) for name, number in numbers.items()}
     out = {n: _assumed(form, n, p) for n, p in numbers.items()}
+    if form.told_apart_by and form.known_as_product(numbers):
+        why = form.known_as_product(numbers)
+        return out | {n: Parameter.not_identified(why, numbers[n].value) for n in form.linear}
     loose = not all(numbers[name].identified for name in form.nonlinear)
     for index, name in enumerate(form.linear):
         ci = numbers[name].ci95
         product = form.in_one_product and form.sign(index) > 0
-        if ci is None or not ci[0] <= 0.0 <= ci[1]:
+        if ci is None or not _may_be_nothing(numbers, name):
             continue
         if loose or product or ci[1] - ci[0] > _WILD * abs(numbers[name].value):
             reason = _TOGETHER if loose else _AS_PRODUCT
             out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out
+
+
+def _may_be_nothing(numbers: Mapping[str, Parameter], name: str) -> bool:
+    """Return whether a number may be zero, and with it all of the wave of which it is a part."""
+    other = {"sin": "cos", "cos": "sin"}
+    beside = "_".join(other.get(word, word) for word in name.split("_"))
+    ends = (numbers[part].ci95 for part in {name, beside} & numbers.keys())
+    return all(ci is None or ci[0] <= 0.0 <= ci[1] for ci in ends)
 
 
 def _assumed(form: Form, name: str, number: Parameter) -> Parameter:
