@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain import proof
+from agent.explain.another_gear import behind_another_gear
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.result import (
     Explanation,
@@ -33,7 +34,7 @@ from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_in, hi
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
-from agent.explain.plausible import contradiction, loses_the_weight
+from agent.explain.plausible import another_joint, contradiction, loses_the_weight
 from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
@@ -311,7 +312,13 @@ def _explained(
         told = told.taken_back(given)
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
     menu: tuple[NextExperiment, ...] = ()
-    if is_tied(told.findings):
+    study, unit_off, gear_off = told.found, "", ""
+    if not study.table.simulated:
+        gear_off = behind_another_gear(study)
+        unit_off = another_joint(study.numbers, study.twin) or gear_off
+    if unit_off:  # which is made sure of before anything is driven
+        told = told.beside_a_rival() if gear_off else told
+    elif is_tied(told.findings):
         swings = frozenset(swing.effect for swing in told.swings)
         menu = experiments(found, told.findings, limits, swings)
     beyond = further(told.found, asked.runs, asked.holdout)
@@ -325,6 +332,7 @@ def _explained(
         held_out,
         by_motor=asked.by_motor,
         goes_further=bool(beyond),
+        unit_off=unit_off,
     )
     carried = (*said_of(asked.runs, given.twin, given.loads), *beyond)
     moment = None

@@ -95,6 +95,10 @@ class Told:
             return replace(self, verdict="unexplained")
         return replace(self, verdict=verdict_beside(verdict, self.findings, self.swings))
 
+    def beside_a_rival(self) -> Told:
+        """Return the same where something without a name of its own is as likely as all of it."""
+        return replace(self, findings=tuple(_halved(f) for f in self.findings))
+
     def left_share(self) -> float:
         """Return which share of the mismatch has no name."""
         left = left_share(self.found, self.findings)
@@ -137,6 +141,12 @@ class Told:
         """Return the swings that the study's model still holds."""
         effects = {term.scored.form.effect for term in self.found.choice.terms}
         return tuple(swing for swing in self.swings if swing.effect in effects)
+
+
+def _halved(finding: Finding) -> Finding:
+    """Return a finding as likely, with its rivals, as what may stand in the place of all."""
+    rivals = (replace(a, probability=0.5 * a.probability) for a in finding.alternatives)
+    return replace(finding, probability=0.5 * finding.probability, alternatives=tuple(rivals))
 
 
 def _at_most(most: float, findings: Sequence[Finding]) -> Iterator[Finding]:

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.another_gear import behind_another_gear
 from agent.explain.answer import words
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import (
@@ -34,7 +33,6 @@ from agent.explain.experiment.proposal import next_experiments, set_up_only
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.numbers.model import fit_model, left_by
-from agent.explain.plausible import another_joint
 from agent.explain.rows.table import BASE
 from agent.explain.study import Study
 from agent.explain.told import Told
@@ -79,6 +77,7 @@ def written_down(
     *,
     by_motor: bool,
     goes_further: bool,
+    unit_off: str,
 ) -> Explanation:
     """Return an explanation with all that was found in it."""
     found, verdict, findings = told.found, told.verdict, told.findings
@@ -123,16 +122,11 @@ def written_down(
         traces=traces,
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
-        unit_off="" if table.simulated else _off_by_a_unit(found),
+        unit_off=unit_off,
         goes_further=goes_further,
         edges=edges,
     )
     return replace(said, sentence=words.summary_of(said))
-
-
-def _off_by_a_unit(found: Study) -> str:
-    """Return which unit or gear ratio is wrong, before all else; nothing where none need be."""
-    return another_joint(found.numbers, found.twin) or behind_another_gear(found)
 
 
 def _left_by_twin(found: Study) -> Floats:

@@ -32,3 +32,6 @@ def test_a_weight_that_goes_as_behind_another_gear_says_so_first(
     first = head_of(answer).first
     assert ("behind a gear of 100.0 to one, and not of 120" in first) is said
     assert first in answer.sentence or not said
+    if said:  # which is as likely as all that is named, and looked at without driving
+        assert all(finding.probability <= 0.5 for finding in answer.findings)
+        assert answer.next_experiment is None
