@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _LANES, _MOST_BLOCKS = 8, 3
+_STIFFEST = 0.1  # of a spring's: so much of it a weight leaves that pulls ever more
 _NEWTON = 20  # steps: from the linear twist down, ever closer
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
-_MOTOR, _SLOPE, _WEIGHT, _DRY, _PULL, _DT, _GAP, _HELD = (k * _LANES for k in range(4, 12))
-_DRIVE, _BLOCK = 4 * _LANES, 12 * _LANES
+_MOTOR, _SLOPE, _WEIGHT, _LIGHTER, _DRY = (k * _LANES for k in range(4, 9))
+_PULL, _DT, _GAP, _HELD = (k * _LANES for k in range(9, 13))
+_DRIVE, _BLOCK = 5 * _LANES, 13 * _LANES
 _CHUNK = 32  # samples that are laid out at a time
 
 
@@ -31,6 +33,7 @@ _CHUNK = 32  # samples that are laid out at a time
 def shaft_rad_s2(
     velocity: Floats,
     weight: Floats,
+    lighter: Floats,
     friction: Floats,
     starts: NDArray[np.int64],
     stops: NDArray[np.int64],
@@ -54,6 +57,8 @@ def shaft_rad_s2(
     ----------
     velocity, weight, friction : ndarray, shape (N,)
         The motor's speed, rad/s, and the arm's weight and dry friction over its inertia, rad/s2.
+    lighter : ndarray, shape (N,)
+        By how much less it weighs for every radian that it is behind the motor, 1/s2.
     starts, stops : ndarray of int, shape (p,)
         Where the stretches begin and end.
     period_s : ndarray, shape (p,)
@@ -93,7 +98,8 @@ def shaft_rad_s2(
                     at[lane], stop[lane] = starts[stretch], stops[stretch]
                     state[_DT + place] = period_s[stretch] / steps
                     state[_GAP + place] = half_gaps[which[lane]]
-                    first = velocity[at[lane]], weight[at[lane]], friction[at[lane]]
+                    i = at[lane]
+                    first = velocity[i], weight[i], lighter[i], friction[i]
                     _begin(state, place, *first, omega, half_gaps[which[lane]], stiffening)
                     following += 1
         if not np.any(at < stop):
@@ -101,7 +107,7 @@ def shaft_rad_s2(
         together = np.min((stop - at)[at < stop])
         for begin in range(0, together, _CHUNK):
             samples = min(_CHUNK, together - begin)
-            _laid_out(drives, samples, at, stop, velocity, weight, friction, steps)
+            _laid_out(drives, samples, at, stop, velocity, weight, lighter, friction, steps)
             for sample in range(samples):
                 _driven(state, drives, sample)
                 _sample(state, omega, damping, reach, film, stiffening, held, steps)
@@ -144,6 +150,7 @@ def _begin(
     place: int,
     velocity: float,
     weight: float,
+    lighter: float,
     friction: float,
     omega: float,
     half_gap: float,
@@ -155,7 +162,7 @@ def _begin(
         drawn = 1.0
     elif velocity < 0.0:
         drawn = -1.0
-    linear = (weight + friction * drawn) / (omega * omega)
+    linear = (weight + friction * drawn) / max(omega * omega + lighter, _STIFFEST * omega * omega)
     twist = linear
     for _ in range(_NEWTON if stiffening > 0.0 else 0):
         bent = stiffening * twist * twist
@@ -173,6 +180,7 @@ def _laid_out(
     stop: NDArray[np.int64],
     velocity: Floats,
     weight: Floats,
+    lighter: Floats,
     friction: Floats,
     steps: int,
 ) -> None:
@@ -189,7 +197,8 @@ def _laid_out(
                 drives[sample, block, own] = velocity[i]
                 drives[sample, block, _LANES + own] = slope
                 drives[sample, block, 2 * _LANES + own] = weight[i]
-                drives[sample, block, 3 * _LANES + own] = friction[i]
+                drives[sample, block, 3 * _LANES + own] = lighter[i]
+                drives[sample, block, 4 * _LANES + own] = friction[i]
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -258,7 +267,8 @@ def _sample(
                 pulls = half_gap > 0.0 and pull * twist < 0.0
                 pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
                 state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
-                push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
+                weight = state[_WEIGHT + lane] - state[_LIGHTER + lane] * twist
+                push = pull - weight - state[_DRY + lane] * drawn
                 arm += dt * push
                 further = drawn + dt * per_reach * arm
                 further = -1.0 if further < -1.0 else further

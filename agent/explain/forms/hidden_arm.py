@@ -19,6 +19,7 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _STEPS_PER_SWING = 16.0
+_CLOSELY, _LEAST_DAMPED = 13.0, 0.01  # steps: a resonance is then off by a hundredth of its width
 _STEPS_PER_DRAG = 4.0
 _LET_GO = 2.0  # loads: a spring that is let go swings to twice its own
 _HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
@@ -40,8 +41,9 @@ class HiddenArm:
         How far that friction gives way, like a spring, before it slips, seen from the motor.
     half_gap_rad : float
         Half of the gear's clearance, seen from the motor.
-    inertia_share : float
-        The arm's share of the whole inertia, which says how hard gravity pulls it.
+    inertia_share : float, optional
+        The arm's share of the whole inertia, which says how hard gravity pulls it; as it was found
+        where the law's own numbers do not say.
     film_per_s : float
         Damping of what is between the teeth of a gap, over the arm's inertia: it drags the arm
         along while they are apart.
@@ -57,7 +59,7 @@ class HiddenArm:
     friction_rad_s2: float = 0.0
     reach_rad: float = 1.0
     half_gap_rad: float = 0.0
-    inertia_share: float = 1.0
+    inertia_share: float | None = None
     film_per_s: float = 0.0
     oil_per_s: float = 0.0
     stiffening_per_rad2: float = 0.0
@@ -81,9 +83,20 @@ class HiddenArm:
         return np.asarray(shaft)
 
     def shafts_rad_s2(
-        self, motion: ArmMotion, pull_rad_s2: Floats, half_gaps_rad: Sequence[float]
+        self,
+        motion: ArmMotion,
+        pull_rad_s2: Floats,
+        half_gaps_rad: Sequence[float],
+        lighter_per_s2: Floats | None = None,
+        *,
+        closely: bool = False,
     ) -> Floats:
-        """Return the same of arms that have other gaps and are alike in all else, shape (a, M)."""
+        """Return the same of arms that have other gaps and are alike in all else, shape (a, M).
+
+        What the arm is held against may be less by `lighter_per_s2`, shape (M,), for every radian
+        that it is behind the motor. `closely` the spring swings as often as it says, however little
+        it is damped: a step of a sixteenth of a swing makes it faster by half a percent.
+        """
         from agent.physics.kernels_arm import shaft_rad_s2
 
         omega = 2.0 * math.pi * self.frequency_hz
@@ -91,11 +104,16 @@ class HiddenArm:
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
         hardest = omega**2 + self.friction_rad_s2 / reach + self.holds_rad_s2 / self.travel_rad
         fastest_hz = math.sqrt(hardest) / (2.0 * math.pi)
-        steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
+        per_swing = _STEPS_PER_SWING
+        if closely and not half_gaps_rad[0]:
+            width = math.sqrt(max(self.damping_ratio, _LEAST_DAMPED))
+            per_swing = max(per_swing, _CLOSELY / width)
+        steps_per_s = per_swing * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
         steps_per_s *= self._stiffened(motion.stiff_rad_s2 + pull_rad_s2, omega)
         starts, stops, periods = motion.bridged.longest_first
         friction = self.friction_rad_s2 * motion.worn_share
+        lighter = np.zeros_like(pull_rad_s2) if lighter_per_s2 is None else lighter_per_s2
         out = np.zeros((len(half_gaps_rad), motion.bridged.size))
         steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
         held = (self.holds_rad_s2, self.travel_rad) if self.holds_rad_s2 else None
@@ -104,6 +122,7 @@ class HiddenArm:
             shaft_rad_s2(
                 motion.velocity_rad_s,
                 pull_rad_s2,
+                lighter,
                 friction,
                 starts[alike],
                 stops[alike],
@@ -148,10 +167,12 @@ def mean_extra_rad_s2(arm: HiddenArm, half_gaps_rad: Sequence[float], scene: Sce
     from agent.physics.kernels_arm import less_stiff
 
     motion = scene.loose_arm if half_gaps_rad[0] > 0.0 else scene.sprung_arm
-    pull = motion.weight_nm / (arm.inertia_share * inertia_of(scene))
+    share = scene.arm_share if arm.inertia_share is None else arm.inertia_share
+    inertia = share * inertia_of(scene)
+    pull, lighter = motion.weight_nm / inertia, motion.lighter_nm_per_rad / inertia
     if arm.oil_per_s:
         pull += arm.oil_per_s * motion.oil_rad_s
-    shafts = arm.shafts_rad_s2(motion, pull, half_gaps_rad)
+    shafts = arm.shafts_rad_s2(motion, pull, half_gaps_rad, lighter, closely=scene.closely)
     own = arm.friction_rad_s2, motion.worn_share
     out = less_stiff(shafts, pull, motion.stiff_rad_s2, motion.drawn, *own)
     return motion.bridged.recorded(out)

@@ -19,15 +19,18 @@ from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
+from agent.explain.choosing.together import together
 from agent.explain.forms.form import Form
 from agent.explain.numbers.in_step import begun_late, chosen_in_step, delay_of, left_share
 from agent.explain.numbers.late_velocity import ToldAgainstItError, surely_hides_in
 from agent.explain.numbers.pulled import chosen_under_its_pull
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
+    arm_share_beside,
     is_possible,
     moved_far,
     numbers_beside,
+    resting_on_none,
     taken_at,
 )
 from agent.explain.numbers.shaped import chosen_with_its_shape
@@ -36,7 +39,7 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
-from agent.physics.effects import YIELDING
+from agent.physics.effects import CARRIED, YIELDING
 
 _ROUNDS = 3
 _MOST_PROBED = 6
@@ -167,14 +170,33 @@ def _first(library: Library) -> Choice:
 
 
 def _changes_an_arm(library: Library, form: Form, terms: Sequence[Candidate]) -> bool:
-    """Return whether gaps have other columns beside a form, which says what their arms rub.
+    """Return whether arms have other columns beside a form, by what they rub or how they hang.
 
     As long as what a gap leaves may be there; else the search goes on as it is.
     """
+    if form.effect in CARRIED:
+        return not library.scene.closely and _hangs_otherwise(library, terms)
     if form.effect not in _FRICTION_OF_ARMS:
         return False
     loose = any(c.form.effect == BACKLASH for c in library.candidates)
     return loose and _more_than_noise(library, terms, FAR)
+
+
+def _hangs_otherwise(library: Library, terms: Sequence[Candidate]) -> bool:
+    """Return whether an arm leaves clearly less, followed closely, where it weighs what it weighs.
+
+    It hangs behind the motor by that: of a weight that is a few percent off, or a swing a little
+    too fast, what is left is a wave of twice the arm's angle, which a slack hose stands for.
+    """
+    arms = [c for c in terms if c.form.effect in CARRIED]
+    theta = numbers_beside(library, terms)
+    if not arms or not (theta[:3] >= 0.0).all() or not _more_than_noise(library, terms, FAR):
+        return False
+    share = arm_share_beside(library, terms)
+    closely = replace(library.scene, theta=theta, arm_share=share, closely=True)
+    there = replace(library, scene=closely, known=resting_on_none(library))
+    moved = together(there, [there.candidate(c.form, c.point) for c in terms])
+    return float(there.errors(moved).sum()) < _LESS * float(library.errors(terms).sum())
 
 
 def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
@@ -236,6 +258,7 @@ def _as_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
         held=held_beside(library, terms),
         ageing=ageing_beside(library, terms),
         yields_rad=yields_beside(terms),
+        arm_share=arm_share_beside(library, terms),
     )
 
 
@@ -265,7 +288,10 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
         known,
     )
     heard = scene.blows is None and beside.blows is not None
-    if beside.held is not None or heard or moved_far(library, beside.theta) or grown(scene, beside):
-        own = replace(beside, theta=renewed.scene.theta, residual_nm=left)
+    hangs = not scene.closely and _hangs_otherwise(library, terms)
+    moved = hangs or moved_far(library, beside.theta)
+    if beside.held is not None or heard or moved or grown(scene, beside):
+        closely = scene.closely or hangs
+        own = replace(beside, theta=renewed.scene.theta, residual_nm=left, closely=closely)
         renewed = taken_at(replace(renewed, scene=own), beside.theta)
     return with_new_grids(renewed, terms)

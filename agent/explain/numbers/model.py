@@ -6,6 +6,7 @@ truth is the story of `intervals`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -127,14 +128,25 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     possible = all(found[name] >= 0.0 for name in _NOT_NEGATIVE)
     if not entries and not model.terms and possible:
         return extended
+    left_nm2 = _left_nm2(library, extended)
     for _ in range(2):
         # Some effects refer to the base numbers, so that these settle in two rounds.
         delta = _base_beside(scene.table, library, extended)
-        extended = with_numbers(
+        moved = with_numbers(
             extended,
             {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
         )
+        before, left_nm2 = left_nm2, _left_nm2(library, moved)
+        if left_nm2 >= before:
+            break  # what moves with them, as a swing of the arm, asks for them as they were
+        extended = moved
     return extended
+
+
+def _left_nm2(library: Library, twin: Twin) -> float:
+    """Return the weighted square of what a twin leaves, infinite where it says nothing."""
+    left = library.weighing.weighted(left_by(twin, library.scene.table))
+    return float(left @ left) if np.isfinite(left).all() else math.inf
 
 
 def entries_of(library: Library, model: Model, index: int) -> list[Effect]:

@@ -34,6 +34,8 @@ from agent.identify.result import Floats
 _ROUNDS = 2
 _MOVED = 0.02  # of the predicted torque: less changes no law that is made of it
 _SAME = 0.002  # of what a law adds: less makes none of its numbers another one
+_ARM_ALONE = ("arm_inertia_kg_m2",)  # the numbers of an arm's law, but for what it swings by
+_LEAST_ARM = 0.05  # of the inertia
 _BEARS_A_LOAD = frozenset(
     {
         "kinematic-error",
@@ -113,7 +115,8 @@ def at_own_numbers(library: Library, choice: Choice) -> tuple[Library, Choice]:
         theta = numbers_beside(library, choice.candidates)
         if not (theta[:3] >= 0.0).all():
             break
-        scene = replace(library.scene, theta=theta)
+        share = arm_share_beside(library, choice.candidates)
+        scene = replace(library.scene, theta=theta, arm_share=share, closely=True)
         again = replace(library, scene=scene, known=resting_on_none(library))
         terms = tuple(retaken(again, term, library.scene) for term in choice.terms)
         if all(map(_same, choice.terms, terms)):
@@ -150,6 +153,19 @@ def numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
     theta = library.scene.as_given.copy()
     theta[library.scene.table.carried] += moves[: library.base.shape[1]]
     return theta
+
+
+def arm_share_beside(library: Library, terms: Sequence[Candidate]) -> float:
+    """Return the arm's share of the inertia as fitted with some terms, if one of them is an arm."""
+    arms = [at for at, term in enumerate(terms) if term.form.linear == _ARM_ALONE]
+    if not arms:
+        return library.scene.arm_share
+    columns = library.model(terms)
+    widths = [library.base.shape[1], *(term.columns.shape[1] for term in terms)]
+    at = sum(widths[: arms[0] + 1])
+    inertia = float(solve(columns.T @ columns, columns.T @ library.target)[at])
+    whole = max(float(numbers_beside(library, terms)[0]), 1e-300)
+    return min(max(inertia / whole, _LEAST_ARM), 1.0)
 
 
 def moved_far(library: Library, theta: Floats) -> bool:

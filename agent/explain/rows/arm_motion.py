@@ -28,6 +28,8 @@ class ArmMotion:
         What time and use have made of that friction.
     weight_nm : ndarray
         Gravity, and what was found beside it.
+    lighter_nm_per_rad : ndarray
+        By how much less gravity is for every radian of the motor that the arm is behind it.
     oil_rad_s : ndarray
         The smooth speed by which oil brakes the arm.
     """
@@ -38,4 +40,5 @@ class ArmMotion:
     drawn: Floats
     worn_share: Floats
     weight_nm: Floats
+    lighter_nm_per_rad: Floats
     oil_rad_s: Floats

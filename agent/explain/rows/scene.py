@@ -25,6 +25,7 @@ from agent.physics.periodic import followed
 from agent.physics.rigid_body import gravity_columns
 
 _WAVES = 12  # of 2 MB each
+_ARM = 0.6  # of the inertia, behind the gear, where nothing says more
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +61,10 @@ class Scene:
         where the motion is the late one.
     lag_s : float
         How much of that is a low-pass that the torque has passed, and no plain delay.
+    arm_share : float
+        The arm's share of the inertia, as far as it was found; else as it often is.
+    closely : bool
+        Whether an arm is followed as closely as its numbers are told, and not as a search asks.
     waves : dict
         The last few of `wave`, by order, with the motion that each is of: searches meet again.
     """
@@ -76,6 +81,8 @@ class Scene:
     others_nm: Floats | None = field(default=None, kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
     lag_s: float = field(default=0.0, kw_only=True)
+    arm_share: float = field(default=_ARM, kw_only=True)
+    closely: bool = field(default=False, kw_only=True)
     waves: dict[float, tuple[Floats, Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
     )
@@ -143,6 +150,18 @@ class Scene:
         sin_nm, cos_nm = self.theta[3:5]
         sin, cos = gravity_columns(self.full("position_rad"), self.table.gear_ratio).T
         return np.asarray(held + sin_nm * sin + cos_nm * cos)
+
+    @cached_property
+    def lighter_nm_per_rad(self) -> Floats:
+        """Return by how much less an arm weighs for every radian that it is behind, (N,).
+
+        A radian of the motor, as all angles here.
+        """
+        if not self.has("position_rad"):
+            return np.zeros(self.direction.shape[0])
+        sin_nm, cos_nm = self.theta[3:5]
+        sin, cos = gravity_columns(self.full("position_rad"), self.table.gear_ratio).T
+        return np.asarray((sin_nm * cos - cos_nm * sin) / self.table.gear_ratio)
 
     @cached_property
     def stiff_rad_s2(self) -> Floats:
@@ -367,6 +386,7 @@ class Scene:
             drawn=across(drawn),
             worn_share=across(self.worn_share),
             weight_nm=across(self.weight_nm),
+            lighter_nm_per_rad=across(self.lighter_nm_per_rad),
             oil_rad_s=across(self.full("velocity_rad_s")),
         )
 

@@ -29,6 +29,7 @@ from agent.physics.flexibility import TwoMass
 from agent.physics.seen_arm import SeenArm
 
 _YIELD_RAD = 0.01
+_DAMPED, _LEAST_DAMPED = 0.1, 0.01  # damping ratios, between which a swing asks for finer steps
 _SPREAD = "half_gap_spread"
 _LATE = "encoder_late_s"
 _SILENT = {"arm_yield_rad": _YIELD_RAD}  # defaults that say nothing against another entry's number
@@ -102,7 +103,8 @@ class Carrier:
         time, position, velocity, own = in_a_row(motion, memory_s)
         known = known_of(motion.need("time_s"), motion.need("position_rad"), motion.velocity_rad_s)
         longest_s = float(np.max(np.diff(time), initial=0.0))
-        steps = math.ceil(STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s)
+        per_rad = STEPS_PER_RAD * self._finer()
+        steps = math.ceil(per_rad * self._rate_per_s(motion, base) * longest_s)
         angle, speed = driven(
             time, position, velocity, answer_s, by_velocity=motion.velocity_raw_rad_s is not None
         )
@@ -136,6 +138,17 @@ class Carrier:
         shaft = np.full_like(motion.velocity_rad_s, np.nan)
         shaft[known] = np.mean(each, axis=0)[own]
         return shaft
+
+    def _finer(self) -> float:
+        """Return how many times as many steps a swing asks for: the less it is damped, the more.
+
+        A step of 0.1 rad makes it faster by 0.04 %, which shows at a resonance that is narrow.
+        """
+        if self.half_gap_rad:
+            return 1.0
+        critical = 2.0 * math.sqrt(self.stiffness_nm_per_rad * self.arm_inertia_kg_m2)
+        ratio = max(self.damping_nm_s_per_rad / critical, _LEAST_DAMPED)
+        return max(math.sqrt(_DAMPED / ratio), 1.0)
 
     def _rate_per_s(self, motion: Motion, base: Base) -> float:
         """Return how fast the arm moves by itself: its swing, stiffened by load, and damping."""

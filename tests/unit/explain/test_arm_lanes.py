@@ -29,6 +29,7 @@ def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
     starts, periods = stops - lengths, 0.002 + 1e-6 * rng.standard_normal(lengths.size)
     velocity = 10.0 * np.sin(0.05 * np.arange(stops[-1])) + rng.standard_normal(stops[-1])
     weight = 30.0 * np.cos(0.01 * np.arange(stops[-1]))
+    lighter = 900.0 * np.sin(0.01 * np.arange(stops[-1]))
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
     arm, rest = (
         (2.0 * math.pi * 30.0, 0.2, 0.005),
@@ -36,12 +37,13 @@ def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
     )
     gaps = np.array(half_gaps)
     together, alone = np.full((2, gaps.size, stops[-1]), np.nan)
-    shaft_rad_s2(velocity, weight, friction, starts, stops, periods, *arm, gaps, *rest, 2, together)
+    what = velocity, weight, lighter, friction
+    shaft_rad_s2(*what, starts, stops, periods, *arm, gaps, *rest, 2, together)
     for k in range(lengths.size):
         of = slice(k, k + 1)
         one = starts[of], stops[of], periods[of]
         for gap in range(gaps.size):
             own = slice(gap, gap + 1)
-            shaft_rad_s2(velocity, weight, friction, *one, *arm, gaps[own], *rest, 2, alone[own])
+            shaft_rad_s2(*what, *one, *arm, gaps[own], *rest, 2, alone[own])
     assert np.isfinite(together).all()
     np.testing.assert_array_equal(together, alone)

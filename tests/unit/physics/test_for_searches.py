@@ -103,22 +103,33 @@ def test_a_limit_and_a_weight_of_plain_numbers_are_the_laws() -> None:
 
 
 @pytest.mark.parametrize(
-    ("half_gap", "stiffening", "holds"),
-    [(0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.05, 0.0, 0.0), (0.05, 3.0, 0.0), (0.0, 0.0, 60.0)],
+    ("half_gap", "stiffening", "holds", "heavy_nm"),
+    [
+        (0.0, 0.0, 0.0, 0.0),
+        (0.0, 3.0, 0.0, 0.0),
+        (0.05, 0.0, 0.0, 0.0),
+        (0.05, 3.0, 0.0, 0.0),
+        (0.0, 0.0, 60.0, 0.0),
+        (0.0, 0.0, 0.0, 0.9),
+        (0.05, 0.0, 0.0, 0.9),
+    ],
 )
 def test_the_arm_of_searches_is_the_arm_of_the_twin(
-    half_gap: float, stiffening: float, holds: float
+    half_gap: float, stiffening: float, holds: float, heavy_nm: float
 ) -> None:
+    """A heavy arm hangs where it is, and not where the motor is: a hundredth of its weight."""
     inertia, omega, damping, reach, film = 0.004, 2.0 * math.pi * 8.0, 0.15, 0.02, 2.0
     friction, stiffness = 30.0, 0.004 * omega**2
     speed = 12.0 * np.sin(4.0 * TIME)
     position = 3.0 * (1.0 - np.cos(4.0 * TIME))
-    dry, weight = np.full_like(TIME, friction), np.zeros_like(TIME)
+    dry, angle = np.full_like(TIME, friction), position / 10.0
+    weight, lighter = (heavy_nm / inertia * x for x in (np.sin(angle), np.cos(angle) / 10.0))
     (found,) = paths = np.empty((1, TIME.size))
     one = np.array([0]), np.array([TIME.size]), np.array([0.002])
     shaft_rad_s2(
         speed,
         weight,
+        lighter,
         dry,
         *one,
         omega,
@@ -140,9 +151,9 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         stiffening * stiffness,
         2.0 * damping * inertia * omega,
         np.array([half_gap]),
+        heavy_nm,
         0.0,
-        0.0,
-        100.0,
+        10.0,
         40,
         48.0,
         0.0,
@@ -156,7 +167,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
     # The starts differ: one arm follows the motor's speed, the other its acceleration as well.
     settled = TIME > 1.0
     missed = (inertia * found - law)[settled]
-    assert float(np.std(missed)) < 0.02 * float(np.std(law[settled]))
+    assert float(np.std(missed)) < 0.02 * float(np.std((law - inertia * weight)[settled]))
 
 
 def test_a_mass_lags_by_what_the_motor_does_not_feel_of_it() -> None:
