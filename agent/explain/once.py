@@ -366,7 +366,9 @@ def _proof(
     table = found.table
     refitted = given.refitted or proof.refitted_twin(table, found.twin)
     as_given = replace(found, twin=given.twin)
-    traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
+    traces = traces_of(as_given, refitted, table, held_out=False)
+    apart, creeps = "", ""
+    missed: tuple[str, ...] = ()
     if holdout:
         left = left_by(found.extended, table)
         like = replace(table, torque_late_s=found.torque_late_s)
@@ -381,8 +383,9 @@ def _proof(
         creeps = creeps_held_out(unseen, table)
     else:
         library = found.library if named else replace(found.library, candidates=())
-        compared, source = proof.compare_folds(library)
+        told = found.choice.candidates if named else ()
+        compared, source, missed = proof.compare_folds(library, told)
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
     proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
-    return proven, traces, tuple(said for said in (apart, creeps) if said)
+    return proven, traces, tuple(said for said in (apart, creeps, *missed) if said)
