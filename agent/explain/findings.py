@@ -26,7 +26,7 @@ from agent.explain.forms.seen_arm import SEEN, shown_gear
 from agent.explain.forms.speed import brakes_both_ways
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
-from agent.explain.numbers.cancelling import cancelled_by
+from agent.explain.numbers.cancelling import cancelled_by, without_one_constant
 from agent.explain.numbers.late_velocity import as_velocitys, is_velocitys
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
@@ -195,7 +195,7 @@ def _numbers(study: Study, index: int) -> dict[str, Parameter]:
     """Return a term's numbers as a twin names them, freed of what the motion's noise has bent."""
     form, own = study.model.terms[index].scored.form, study.model.parameters[index]
     beside = beside_others(study.library, study.model, index)
-    predicts = dict(as_in_twin(form, beside, own))
+    predicts = without_one_constant(study.model, as_in_twin(form, beside, own))
     other = cancelled_by(study.library, study.model).get(index)
     if other is not None:
         name = NAMES[study.model.terms[other].scored.form.effect]

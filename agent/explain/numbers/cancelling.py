@@ -1,4 +1,4 @@
-"""Two laws whose torques nearly cancel: what is left of them is known, and neither of them."""
+"""What two laws make together is known, and neither by itself: they cancel, or share a constant."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from itertools import combinations
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model
+from agent.identify.result import Parameter
 
+_PINNED = "spring"  # the cable that hangs free in the middle of the stroke, as no other says where
+_CONSTANTS = frozenset({"torque_offset_nm", "coulomb_difference_nm"})
+_ONE_CONSTANT = (
+    "an offset, Coulomb friction that differs between the directions, and the angle at which a "
+    "cable hangs free are one constant torque: what they make together is known"
+)
 _LEFT = 0.5  # of the smaller one's energy, or less
 
 
@@ -37,3 +44,26 @@ def cancelled_by(library: Library, model: Model) -> Mapping[int, int]:
             out.setdefault(i, j)
             out.setdefault(j, i)
     return out
+
+
+def without_one_constant(model: Model, numbers: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Return a law's numbers, none of which is one of several that are the same constant torque.
+
+    Beside a constant a cable is told about the middle of the stroke, wherever it hangs free; its
+    stiffness is known.
+
+    Parameters
+    ----------
+    model : Model
+    numbers : mapping of str to Parameter
+        Of one of its terms, as a twin names them.
+    """
+    forms = [term.scored.form for term in model.terms]
+    pinned = any(form.effect == "cable-force" and form.name == _PINNED for form in forms)
+    if not pinned or not any(_CONSTANTS & set(form.linear) for form in forms):
+        return dict(numbers)
+    shared = _CONSTANTS | {"neutral_arm_rad"}
+    return {
+        name: Parameter.not_identified(_ONE_CONSTANT, p.value) if name in shared else p
+        for name, p in numbers.items()
+    }
