@@ -51,6 +51,7 @@ _NUMBERS: Mapping[str, tuple[str, ...]] = {
 }
 _PLACE = "position-dependent-friction"
 _YIELDING, _BUNDLE = "presliding-hysteresis", "cable-force"
+_COULOMB, _HELD = "coulomb_extra_nm", "hysteresis_nm"
 _DEGREES_RAD, _REDUCES = 0.02, 10.0  # of an arm behind such a gear: contacts yield over less
 _OF_THE_PLACE = 0.3  # of what friction is told to differ by at a place: so much its level moved
 
@@ -147,6 +148,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         if math.isfinite(part):
             told = replace(told, caveat=sentences.spring_sentence(part))
     alternatives = _alternatives(scene, term)
+    if form.effect == _BUNDLE and _is_what_friction_lacks(study):
+        others = [a for a in alternatives if a.effect != _YIELDING]
+        alternatives = tuple(_as_likely(form.effect, _YIELDING, others))
     return Finding(
         effect=form.effect,
         rank=0,
@@ -296,6 +300,25 @@ def _yields_as_a_bundle(scene: Scene, term: Term) -> bool:
     return gear > _REDUCES and reach_rad(candidate.form, candidate.point) > _DEGREES_RAD * gear
 
 
+def _is_what_friction_lacks(study: Study) -> bool:
+    """Return whether a bundle's inner friction is as much as the twin has too much of Coulomb's.
+
+    Then both together are the friction that the twin says: one that yields, in part over a longer
+    way, and no bundle besides it.
+    """
+    lacks = [n.parameters[_COULOMB] for n in study.numbers if _COULOMB in n.parameters]
+    held = [own[_HELD] for own in study.model.parameters if _HELD in own]
+    return any(
+        a.ci95 is not None
+        and b.ci95 is not None
+        and a.ci95[0] <= -b.ci95[0]
+        and -b.ci95[1] <= a.ci95[1]
+        for a in held
+        for b in lacks
+        if b.value < 0.0
+    )
+
+
 def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
     """Return a wrong number of the twin as a finding."""
     rows = study.library.weighing.rows
@@ -304,6 +327,8 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
     if wrong.effect == "gravity-imbalance":
         hoses = gravity_look_alikes(study.library, study.twin, study.model)
         alike |= dict.fromkeys(hoses, (1.0 - sum(alike.values())) / (1.0 + len(hoses)))
+    if _COULOMB in wrong.parameters and _is_what_friction_lacks(study):
+        alike = {_YIELDING: 0.5, **{other: 0.5 * chance for other, chance in alike.items()}}
     return Finding(
         effect=wrong.effect,
         rank=0,

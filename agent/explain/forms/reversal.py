@@ -16,7 +16,8 @@ from agent.identify.result import Floats
 from agent.physics.friction_dynamic import dahl_share
 from agent.physics.presliding import MaxwellSlip
 
-_EFFECT, _DAHL = "presliding-hysteresis", "Dahl"
+_EFFECT, _DAHL, _LUGRE = "presliding-hysteresis", "Dahl", "bristles with damping (LuGre)"
+_DAMPING = "damping_nm_s_per_rad"
 _SHARE = "yielding_share"
 _A_PART = 0.6  # of the dry level: with more, all of it yields, and the form's height errs
 
@@ -48,6 +49,19 @@ def _presliding(scene: Scene, point: Point) -> Floats:
     return stack(held - level * scene.direction)
 
 
+def _damped(scene: Scene, point: Point) -> Floats:
+    """Return the same, and the damping of what yields by its rate, shape (N, 2).
+
+    ``v y`` with ``y = 1 - F sign(v) / L``: as large as the speed right after a reversal, and gone
+    where all of it slides.
+    """
+    less = _presliding(scene, point)[:, 0]
+    level = scene.level_share
+    held = less + level * scene.direction
+    left = 1.0 - held * scene.direction / level
+    return stack(less, scene.full("velocity_rad_s") * left)
+
+
 def hysteresis(scene: Scene, reach_rad: float) -> Floats:
     """Return Dahl's state on the measured motion, from -1 to 1, shape (N,).
 
@@ -69,7 +83,7 @@ def reach_rad(form: Form, point: Point) -> float:
         One of this file's.
     point : tuple of float
     """
-    if form.name == _DAHL:
+    if form.name in (_DAHL, _LUGRE):
         return point[0]
     stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
     yields = stiffness > 0.0
@@ -82,16 +96,17 @@ def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     if not level > 0.0:
         return ()
     reach, plain = values["reach_rad"], replace(scene, sliding=())
-    torque = values["height_nm"] * _presliding(plain, (reach,))[:, 0]
+    damped = {_DAMPING: values[_DAMPING]} if _DAMPING in values else {}
+    torque = _damped(plain, (reach,)) @ np.array([values["height_nm"], *damped.values(), 0.0])[:2]
 
     def entry(travel: float) -> Mapping[str, float]:
-        return {"stiffness_nm_per_rad": level / travel}
+        return {"stiffness_nm_per_rad": level / travel, **damped}
 
     # Beside sliding friction the form has the twin's own steps already.
     alone = not scene.sliding
     entries = [nearest(plain, _EFFECT, entry, reach, torque) if alone else entry(reach)]
     entries += [
-        {"stiffness_nm_per_rad": share * level / reach, _SHARE: share}
+        {"stiffness_nm_per_rad": share * level / reach, _SHARE: share, **damped}
         for share in _of_the_level(scene, values)
     ]
     return best_entry(plain, _EFFECT, entries)
@@ -148,6 +163,20 @@ FORMS: tuple[Form, ...] = (
         at_edges=True,
         to_twin=_presliding_twin,
         rests_on_numbers=True,
+    ),
+    Form(
+        "presliding-hysteresis",
+        _LUGRE,
+        ("height_nm", _DAMPING),
+        _damped,
+        ("reach_rad",),
+        _presliding_grid,
+        (1, 1),
+        at_edges=True,
+        to_twin=_presliding_twin,
+        rests_on_numbers=True,
+        refines=(_DAHL,),
+        only_clearly=True,
     ),
     Form(
         "presliding-hysteresis",
