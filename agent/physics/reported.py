@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +13,8 @@ from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
 
+_LOST = 40.0 / 3.0  # 4/3 of what a torque's square is over, as a tenth is lost
+
 
 @dataclass(frozen=True)
 class TorqueConstant:
@@ -19,22 +22,26 @@ class TorqueConstant:
 
     law: ClassVar[Law] = Law(
         "torque-constant",
-        "tau_reported = tau / (K [1 + p (Tm - Tr)])",
+        "tau = tau_reported K [1 + p (Tm - Tr)] [1 - (tau_reported / m)^2 / 10]",
         {
             "factor": "K, real over reported torque at Tr",
             "factor_per_k": "p, its change per kelvin of the motor (NdFeB about -0.001)",
             "reference_degc": "Tr, motor temperature of K",
+            "tenth_less_nm": "m, reported torque of which a tenth is not there; 0 for none",
         },
-        "remanence against temperature: magnet makers' data sheets (NdFeB -0.1 %/K, ferrite -0.2)",
-        "magnets below saturation and below their limit; the drive reports current x constant",
+        "remanence against temperature: magnet makers' data sheets (NdFeB -0.1 %/K, ferrite -0.2);"
+        " iron that saturates: the first even power of the current, as a motor turns both ways",
+        "magnets below their limit; the drive reports current x constant; beyond 1.2 m of torque"
+        " no current gives more",
     )
     factor: float = 1.0
     factor_per_k: float = 0.0
     reference_degc: float = 20.0
+    tenth_less_nm: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a motor without torque."""
-        require(self.law, self, positive="factor")
+        require(self.law, self, positive="factor", not_negative="tenth_less_nm")
 
     def reported_nm(self, torque_nm: Floats, motor_temperature_degc: Floats | None) -> Floats:
         """Return what the drive reports for a true torque, shape (n,).
@@ -45,14 +52,23 @@ class TorqueConstant:
             The temperatures leave no torque, or are needed and not there.
         """
         if not self.factor_per_k:
-            return torque_nm / self.factor
+            return self._saturated_nm(torque_nm / self.factor)
         if motor_temperature_degc is None:
             raise ValueError("needs motor_temperature_degc, and none was given")
         warmer = motor_temperature_degc - self.reference_degc
         factor = self.factor * (1.0 + self.factor_per_k * warmer)
         if np.any(factor <= 0.0):
             raise ValueError("torque-constant: expected a factor above 0 at every temperature")
-        return np.asarray(torque_nm / factor)
+        return self._saturated_nm(torque_nm / factor)
+
+    def _saturated_nm(self, torque_nm: Floats) -> Floats:
+        """Return what is reported where iron saturates: the cubic's root that begins at none."""
+        if not self.tenth_less_nm:
+            return torque_nm
+        # u - u^3/10 = w is sin(3 a) = 3 w / A of u = A sin(a), with A^2 = 40/3.
+        share, size = torque_nm / self.tenth_less_nm, math.sqrt(_LOST)
+        angle = np.arcsin(np.clip(3.0 * share / size, -1.0, 1.0)) / 3.0
+        return np.asarray(self.tenth_less_nm * size * np.sin(angle))
 
 
 def limited_nm(torque_nm: Floats, limit_nm: float) -> Floats:

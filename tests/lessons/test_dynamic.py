@@ -387,16 +387,17 @@ def test_gravity_only_shifts_the_twist_of_a_gear_without_a_gap() -> None:
 def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
     scene = seen(Joint())
     weightless = Scene(scene.table, np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm)
-    pressed = Scene(scene.table, np.append(scene.theta[:3], (0.0, 50.0)), scene.residual_nm)
+    pressed = Scene(scene.table, np.append(scene.theta[:3], (0.0, 5.0)), scene.residual_nm)
     loose = HiddenArm(40.0, 0.3, 0.0, 1.0, 0.2, 0.5)
     shut = HiddenArm(40.0, 0.3, 0.0, 1.0, 1e-9, 0.5)  # no gap, driven as one is
 
     def apart(of: Scene) -> float:
-        return float(np.mean(np.abs(loose.extra_rad_s2(of) - shut.extra_rad_s2(of)) > 1.0))
+        return float(np.mean(np.abs(loose.extra_rad_s2(of) - shut.extra_rad_s2(of)) > 5.0))
 
-    # It hangs over to the other side where the arm passes a quarter turn.
+    # It hangs over to the other side where the arm passes a quarter turn; and everywhere a little
+    # lower, where it weighs a little less or more.
     assert apart(pressed) < 0.05
-    assert apart(weightless) > 0.5
+    assert apart(weightless) > 0.2
 
 
 @pytest.mark.parametrize("name", ["gap", "one spring, and an arm with friction"])

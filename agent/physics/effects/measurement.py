@@ -126,6 +126,7 @@ CARDS = (
                     "factor": positive(1.0),
                     "factor_per_k": free(0.0),
                     "reference_degc": free(20.0),
+                    "tenth_less_nm": not_negative(0.0),
                 },
                 reported_nm=_constant,
             ),
