@@ -19,6 +19,7 @@ from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.drift import changed_between
+from agent.explain.forms.form import Form
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.forms.reversal import reach_rad
@@ -164,7 +165,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
             np.sqrt(_without(study, index).sum() / len(weighing.rows)) * scale
         ),
         form=form.name,
-        curve=_curve(study, form.effect, added, order),
+        curve=_curve(study, form, added, order),
         ringing=blows.ringing if blows else None,
     )
 
@@ -185,14 +186,16 @@ def _counted_from(level_nm: float, reach_nm: tuple[float, float]) -> bool:
     return level_nm * largest < 0.0 and abs(level_nm) > _OF_THE_PLACE * abs(largest)
 
 
-def _curve(study: Study, effect: str, added: Floats, order: float) -> Curve | None:
+def _curve(study: Study, form: Form, added: Floats, order: float) -> Curve | None:
     """Return what an effect adds over its axis, beside what the whole model leaves."""
+    effect = form.effect
     scene, weighing, left_nm = study.library.scene, study.library.weighing, study.model.residual_nm
     if effect in _SWINGS:
         return _SWINGS[effect](scene, weighing.rows, added, left_nm)
     size = effective_size(scene.table, weighing, left_nm * weighing.weight)
     share = size / len(weighing.rows)
-    return curve_of(scene, weighing.rows, effect, added, left_nm, independent=share, order=order)
+    law = effect, form.name
+    return curve_of(scene, weighing.rows, *law, added, left_nm, independent=share, order=order)
 
 
 def _numbers(study: Study, index: int) -> dict[str, Parameter]:

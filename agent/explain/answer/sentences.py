@@ -288,6 +288,11 @@ def _factor(known: Mapping[str, float]) -> str:
             f"the factor from reported to real torque {way} by {short(100.0 * abs(per_k))} % "
             "per kelvin of the motor"
         )
+    if known.get("tenth_less_nm"):
+        return (
+            f"of {torque(known['tenth_less_nm'])} that are reported a tenth is not there, and the "
+            "smaller a torque, the smaller the part: iron that saturates"
+        )
     if "factor" in known:
         return f"the real torque is the reported one times a factor of {factor(known['factor'])}"
     return ""

@@ -9,6 +9,7 @@ import numpy as np
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import carried as forms_carried
+from agent.explain.forms import constant as forms_constant
 from agent.explain.forms import drift as forms_drift
 from agent.explain.forms import gap as forms_gap
 from agent.explain.forms import inner_friction as forms_inner_friction
@@ -41,6 +42,7 @@ _SIMULATED_ARMS = (
 FORMS: tuple[Form, ...] = (
     *forms_speed.FORMS,
     *forms_warmth.FORMS,
+    *forms_constant.FORMS,
     *forms_drift.FORMS,
     *forms_use.FORMS,
     *forms_ripple.FORMS,
@@ -115,7 +117,8 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
     }
     for form in forms:
         seen = form.name == SEEN and form.effect in out  # what its simulated forms lack is told
-        if form.effect not in effects | there and not seen:
+        warm = form.name == forms_constant.WARM and form not in shown  # the other law is no such
+        if warm or (form.effect not in effects | there and not seen):
             why = next(reasons[need] for need in _needs(form) if need in reasons)
             out[form.effect] = f"{why}, so {form.effect} cannot be judged"
     return shown, out

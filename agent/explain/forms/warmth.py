@@ -1,4 +1,4 @@
-"""What changes with temperature: viscosity, the dry level, the torque constant."""
+"""What changes with temperature: viscosity and the dry level."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.friction_oil import TemperatureCoulomb, thinning_share
 
-_GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
+_GEAR_T = "gearbox_temperature_degc"
 _THINS_FASTEST_K = 10.0  # as VG 150 does at 0 degC (ASTM D341); friction thins more slowly than oil
 _USUALLY_K = (
     25.0  # VG 100 to 220 thin by e in 14 to 25 at 20 to 60 degC (D341), friction more slowly
 )
-_STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
 _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 
 
@@ -60,23 +59,6 @@ def _viscosity_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
     return ({**values, "reference_degc": scene.mean("gearbox_temperature_degc")},)
 
 
-def _constant_warm(scene: Scene, point: Point) -> Floats:
-    del point
-    temperature = scene.full("motor_temperature_degc")
-    warmer = temperature - scene.mean("motor_temperature_degc")
-    return stack(-scene.full("torque_nm") * warmer)
-
-
-def _constant_warm_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    return (
-        {
-            "factor": 1.0,
-            "factor_per_k": values["factor_per_k"],
-            "reference_degc": scene.mean("motor_temperature_degc"),
-        },
-    )
-
-
 FORMS: tuple[Form, ...] = (
     Form(
         "temperature-dependent-friction",
@@ -111,14 +93,5 @@ FORMS: tuple[Form, ...] = (
         _coulomb_warm,
         needs=(_GEAR_T,),
         to_twin=_viscosity_twin,
-    ),
-    Form(
-        "torque-constant-error",
-        "with motor temperature",
-        ("factor_per_k",),
-        _constant_warm,
-        highest=(_STEEPEST_PER_K,),
-        needs=(_MOTOR_T,),
-        to_twin=_constant_warm_twin,
     ),
 )

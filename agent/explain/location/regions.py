@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.answer.result import Curve, Region
+from agent.explain.forms.constant import SATURATES
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.strata import after_a_turn
@@ -93,10 +94,16 @@ def axis_values(scene: Scene, variable: str, order: float = 0.0) -> Floats:
     return rows[variable]
 
 
+def _axis_of(effect: str, form: str) -> str:
+    """Return the axis along which an effect lives, by which of its laws it has."""
+    return "load_torque_nm" if form == SATURATES else AXIS[effect]
+
+
 def curve_of(
     scene: Scene,
     rows: NDArray[np.int64],
     effect: str,
+    form: str,
     added_nm: Floats,
     left_nm: Floats,
     *,
@@ -110,7 +117,7 @@ def curve_of(
     scene : Scene
     rows : ndarray of int, shape (m,)
         The table's rows that are used.
-    effect : str
+    effect, form : str
     added_nm, left_nm : ndarray, shape (m,)
         What the effect adds at the rows, and what the whole model leaves.
     independent : float
@@ -118,7 +125,7 @@ def curve_of(
     order : float
         For effects that repeat with an angle.
     """
-    variable = AXIS[effect]
+    variable = _axis_of(effect, form)
     values = axis_values(scene, variable, order)[rows]
     if not np.isfinite(values).all():
         return None
@@ -210,7 +217,7 @@ def regions_of(
     order : float
         For effects that repeat with an angle.
     """
-    variable = AXIS[effect]
+    variable = _axis_of(effect, form)
     if variable.startswith("order_per_"):
         half = min(_HALF_ORDER, 0.5 * order)
         return (Region(variable, order - half, order + half),)

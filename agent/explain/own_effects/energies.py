@@ -99,6 +99,7 @@ class Energies:
             scene,
             rows,
             effect.id,
+            found.form,
             self._torque(self._given, effect),
             np.zeros(rows.shape[0]),
             independent=1.0,

@@ -104,6 +104,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "yielding_share": "Share of the friction that yields",
         "stribeck_velocity_rad_s": "Stribeck velocity",
         "stribeck_velocity_rad_s_per_k": "Stribeck velocity, growth with temperature",
+        "tenth_less_nm": "Reported torque of which a tenth is not there",
         "torque_delay_s": "Delay of the torque",
         "torque_lag_s": "Time constant of its low-pass",
         "velocity_delay_s": "Delay of the velocity",

@@ -69,7 +69,7 @@ def test_creeping_is_known_behind_a_gap_as_it_is_without_one(form: Form) -> None
 def test_what_yields_is_all_of_sliding_friction() -> None:
     scene = scene_of(run_of(np.ones(TIME.shape, dtype=np.bool_)))
     half = replace(scene, sliding=(lambda of: -0.5 * of.theta[2] * of.direction,))
-    spring, elements = FORMS
+    spring, _, elements = FORMS
     # Elements that each slip at a travel of their own know no level; one spring has half as far.
     assert elements.columns(half, (0.3, 2.0)) == pytest.approx(
         0.5 * elements.columns(scene, (0.3, 2.0))
