@@ -40,6 +40,8 @@ from agent.explain.unnamed import unproven
 from agent.identify.result import Floats
 from trajectories import AxisLimits
 
+_MOST_LOST = 0.1  # of a mismatch, by what a twin's own laws make of what was found
+
 
 def nothing_decided(
     reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
@@ -87,14 +89,15 @@ def written_down(
     floors = found.left.over_floor if found.left.noise_all_the_same else 1.0
     claimed = math.fsum(f.energy_share for f in findings if f.form != OWN_NUMBER)
     not_proven = bool(proven.denied) or unproven(proven, floors, claimed)
-    if verdict in ("explained", "tied") and not_proven:
-        verdict = "partly-explained"
     extended = _left_by_twin(found)
     known = np.isfinite(extended) & found.apart_from_edges
+    lost = _lost_in_writing(found, extended, known)
+    if verdict in ("explained", "tied") and (not_proven or lost > _MOST_LOST):
+        verdict = "partly-explained"
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
-    share = min(share + _lost_in_writing(found, extended, known), 1.0)
+    share = min(share + lost, 1.0)
     edges = edges_of(found)
     said = Explanation(
         verdict=verdict,

@@ -21,6 +21,7 @@ from agent.physics.twin import Twin
 _LIMIT = "torque-saturation"
 _GAP = "backlash"
 _LATE = "measurement-delay"
+_SATURATES = "tenth_less_nm"
 _OF_ALL = frozenset({_LATE, "torque-constant-error"})
 """What is done to the whole torque, inertia's and viscous friction's in it."""
 
@@ -65,8 +66,8 @@ def effects_nm(
     """
     free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
     out = _added_nm(free, runs, pieces, full)
-    if any(effect.id == _LATE for effect in twin.effects):
-        out += _late_in_full_nm(free, runs, pieces, full)
+    if any(effect.id == _LATE or effect.parameters.get(_SATURATES) for effect in twin.effects):
+        out += _in_full_nm(free, runs, pieces, full)
     limits = [e.parameters["limit_nm"] for e in twin.effects if e.id == _LIMIT]
     simulated_nm = full["torque_simulated_nm"]
     if limits and np.isfinite(simulated_nm).all():
@@ -77,12 +78,13 @@ def effects_nm(
     return out
 
 
-def _late_in_full_nm(
+def _in_full_nm(
     twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
 ) -> Floats:
-    """Return what a delay adds to inertia and viscous friction that the smooth motion lacks, (N,).
+    """Return what a delay or a constant adds to inertia and viscous friction in full, (N,).
 
-    That has passed the band's filter already, and passes it again.
+    The smooth motion, which has passed the band's filter already and passes it again, lacks that;
+    and a torque's cube is no smooth torque's.
     """
     recorded = as_recorded(full, pieces)
     if recorded["velocity_rad_s"] is full["velocity_rad_s"]:
