@@ -39,12 +39,13 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
-from agent.physics.effects import CARRIED, YIELDING
+from agent.physics.effects import YIELDING
 
 _ROUNDS = 3
 _MOST_PROBED = 6
 _FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
-_LESS = 0.9  # of what is left without it: a delay that is begun with must leave so little
+_SPRUNG = "joint-flexibility"
+_LESS = 0.9  # of what is left else, by a delay that is begun with, or an arm followed closely
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 
@@ -174,7 +175,7 @@ def _changes_an_arm(library: Library, form: Form, terms: Sequence[Candidate]) ->
 
     As long as what a gap leaves may be there; else the search goes on as it is.
     """
-    if form.effect in CARRIED:
+    if form.effect == _SPRUNG:
         return not library.scene.closely and _hangs_otherwise(library, terms)
     if form.effect not in _FRICTION_OF_ARMS:
         return False
@@ -188,7 +189,7 @@ def _hangs_otherwise(library: Library, terms: Sequence[Candidate]) -> bool:
     It hangs behind the motor by that: of a weight that is a few percent off, or a swing a little
     too fast, what is left is a wave of twice the arm's angle, which a slack hose stands for.
     """
-    arms = [c for c in terms if c.form.effect in CARRIED]
+    arms = [c for c in terms if c.form.effect == _SPRUNG]
     theta = numbers_beside(library, terms)
     if not arms or not (theta[:3] >= 0.0).all() or not _more_than_noise(library, terms, FAR):
         return False

@@ -144,9 +144,10 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
 
 
 def _left_nm2(library: Library, twin: Twin) -> float:
-    """Return the weighted square of what a twin leaves, infinite where it says nothing."""
+    """Return the weighted mean square of what a twin leaves where it says anything."""
     left = library.weighing.weighted(left_by(twin, library.scene.table))
-    return float(left @ left) if np.isfinite(left).all() else math.inf
+    known = left[np.isfinite(left)]
+    return float(known @ known) / known.size if known.size else math.inf
 
 
 def entries_of(library: Library, model: Model, index: int) -> list[Effect]:
