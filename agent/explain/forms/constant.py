@@ -74,5 +74,6 @@ FORMS: tuple[Form, ...] = (
         signs=(1,),
         borne=_within_what_it_gives,
         to_twin=_saturated_twin,
+        catch_all=True,  # of whatever grows with the torque, as friction under load does
     ),
 )

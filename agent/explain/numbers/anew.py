@@ -20,6 +20,7 @@ from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import together
+from agent.explain.forms.constant import SATURATES
 from agent.explain.forms.form import Form
 from agent.explain.numbers.in_step import begun_late, chosen_in_step, delay_of, left_share
 from agent.explain.numbers.late_velocity import ToldAgainstItError, surely_hides_in
@@ -46,6 +47,7 @@ _MOST_PROBED = 6
 _FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
 _SPRUNG = "joint-flexibility"
 _LESS = 0.9  # of what is left else, by a delay that is begun with, or an arm followed closely
+_LITTLE_MORE = 1.2  # times the squared error
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 
@@ -79,7 +81,8 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
     """Return what is found where no law of time alone may enter, if that leaves less.
 
     Such a law follows whatever differs between recordings, and may be the best of all by itself
-    where two others make the mismatch; beside it neither is of use.
+    where two others make the mismatch; beside it neither is of use. So may iron that saturates,
+    which would leave noise: where it does not, what leaves little more without it is likelier.
 
     Parameters
     ----------
@@ -101,7 +104,8 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
     if left(first.candidates) > _FAR_OFF * left(choice.candidates):
         return found, choice
     again, pair = _further(replace(library, candidates=others), first)
-    if left(pair.candidates) >= left(choice.candidates):
+    saturates = any(term.scored.form.name == SATURATES for term in choice.terms)
+    if left(pair.candidates) >= (_LITTLE_MORE if saturates else 1.0) * left(choice.candidates):
         return found, choice
     kept = (again.candidate(c.form, c.point) for c in of_time)
     return replace(again, candidates=(*again.candidates, *kept)), pair
