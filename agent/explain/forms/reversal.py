@@ -19,6 +19,7 @@ from agent.physics.presliding import MaxwellSlip
 _EFFECT, _DAHL, _LUGRE = "presliding-hysteresis", "Dahl", "bristles with damping (LuGre)"
 _DAMPING = "damping_nm_s_per_rad"
 _SHARE = "yielding_share"
+_NEARLY_ALL = 0.8  # of the dry level
 _A_PART = 0.6  # of the dry level: with more, all of it yields, and the form's height errs
 
 
@@ -60,6 +61,12 @@ def _damped(scene: Scene, point: Point) -> Floats:
     held = less + level * scene.direction
     left = 1.0 - held * scene.direction / level
     return stack(less, scene.full("velocity_rad_s") * left)
+
+
+def _all_of_it_yields(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    """Return whether bristles bear nearly all of the dry friction, as a twin's law has them."""
+    del point
+    return float(coefficients[0]) >= _NEARLY_ALL * float(scene.theta[2])
 
 
 def hysteresis(scene: Scene, reach_rad: float) -> Floats:
@@ -173,6 +180,7 @@ FORMS: tuple[Form, ...] = (
         _presliding_grid,
         (1, 1),
         at_edges=True,
+        borne=_all_of_it_yields,
         to_twin=_presliding_twin,
         rests_on_numbers=True,
         refines=(_DAHL,),
