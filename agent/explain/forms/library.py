@@ -125,7 +125,10 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
 
 
 def _needs(form: Form) -> tuple[str, ...]:
-    changes = (_CHANGES,) if form.at_edges or form.effect in _AS_SPEED_CHANGES else ()
+    # At held speeds what grows with the torque grows with the speed, as friction does.
+    saturates = form.name == forms_constant.SATURATES
+    as_changes = form.at_edges or saturates or form.effect in _AS_SPEED_CHANGES
+    changes = (_CHANGES,) if as_changes else ()
     speeds = (_SPEEDS,) if form.effect in _OF_SPEED or _VISCOUS in form.name else ()
     return tuple(dict.fromkeys((*form.needs, *card_of(form.effect).needs, *changes, *speeds)))
 
