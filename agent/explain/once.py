@@ -225,13 +225,12 @@ def _in_step_where_much_is_left(
     known, found = looked.known, looked.found
     if known.aligned is not None or _delays(found) or not hides_much(found.left, looked.table):
         return looked
+    as_it_is = replace(looked, known=replace(known, aligned=False))
     try:
         in_step = _looked(twin, runs, holdout, replace(known, aligned=True))
     except _NotAskableError:
-        in_step = looked
-    if in_step is not looked and in_step.found.left.left_nm <= found.left.left_nm:
-        return in_step
-    return replace(looked, known=replace(known, aligned=False))
+        return as_it_is
+    return in_step if in_step.found.left.left_nm <= found.left.left_nm else as_it_is
 
 
 def _all_of_it(

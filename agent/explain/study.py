@@ -47,8 +47,6 @@ from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
-_MOST_REFUSALS = 5
-
 
 @dataclass(frozen=True)
 class Study:

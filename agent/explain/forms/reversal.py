@@ -104,7 +104,8 @@ def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
         return ()
     reach, plain = values["reach_rad"], replace(scene, sliding=())
     damped = {_DAMPING: values[_DAMPING]} if _DAMPING in values else {}
-    torque = _damped(plain, (reach,)) @ np.array([values["height_nm"], *damped.values(), 0.0])[:2]
+    own = np.array([values["height_nm"], values.get(_DAMPING, 0.0)])
+    torque = _damped(plain, (reach,)) @ own
 
     def entry(travel: float) -> Mapping[str, float]:
         return {"stiffness_nm_per_rad": level / travel, **damped}

@@ -90,7 +90,7 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
         As it was asked, and as it was when it had answered.
     choice : Choice
     """
-    of_time = [c for c in library.candidates if c.form.catch_all]
+    for_anything = [c for c in library.candidates if c.form.catch_all]
     if not any(term.scored.form.catch_all for term in choice.terms):
         return found, choice
     if not _more_than_noise(found, choice.candidates, FAR):
@@ -107,7 +107,7 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
     saturates = any(term.scored.form.name == SATURATES for term in choice.terms)
     if left(pair.candidates) >= (_LITTLE_MORE if saturates else 1.0) * left(choice.candidates):
         return found, choice
-    kept = (again.candidate(c.form, c.point) for c in of_time)
+    kept = (again.candidate(c.form, c.point) for c in for_anything)
     return replace(again, candidates=(*again.candidates, *kept)), pair
 
 

@@ -10,9 +10,15 @@ import pytest
 
 from agent.explain.answer.result import Alternative
 from agent.explain.choosing.rivals import Term, _is_plainly_behind
-from agent.explain.findings import _as_likely, _yields_as_a_bundle
+from agent.explain.findings import (
+    _as_likely,
+    _is_what_friction_lacks,
+    _yields_as_a_bundle,
+)
 from agent.explain.forms.library import FORMS
 from agent.explain.rows.scene import Scene
+from agent.explain.study import Study
+from agent.identify.result import Parameter
 
 DAHL = next(form for form in FORMS if form.name == "Dahl")
 
@@ -29,6 +35,19 @@ def test_what_yields_over_degrees_of_an_arm_may_be_a_bundle(
     scene = cast("Scene", SimpleNamespace(table=SimpleNamespace(gear_ratio=gear_ratio)))
     term = cast("Term", SimpleNamespace(candidate=candidate))
     assert _yields_as_a_bundle(scene, term) is is_one
+
+
+@pytest.mark.parametrize(("held_nm", "is_one"), [(0.445, True), (0.30, False)])
+def test_a_bundle_that_holds_what_friction_lacks_may_be_that_friction(
+    held_nm: float, is_one: bool
+) -> None:
+    """Two springs were a bundle of 0.445 N m, and Coulomb friction 0.654 and not 1.10."""
+    lacks = {"coulomb_extra_nm": Parameter(-0.446, (-0.463, -0.368))}
+    held = {"hysteresis_nm": Parameter(held_nm, (held_nm - 0.02, held_nm + 0.012))}
+    study = SimpleNamespace(
+        numbers=(SimpleNamespace(parameters=lacks),), model=SimpleNamespace(parameters=(held,))
+    )
+    assert _is_what_friction_lacks(cast("Study", study)) is is_one
 
 
 @pytest.mark.parametrize(("losing", "plain"), [(40, True), (28, False)])
