@@ -12,9 +12,9 @@ from agent.explain.rows.corners import with_corners
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.half_sample import in_step_with, said_of
+from agent.explain.rows.refit import refit
 from agent.explain.rows.repeats import with_turns_counted, without_repeats
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
-from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.rows.use import used_elsewhere

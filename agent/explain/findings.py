@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.answer import sentences
+from agent.explain.answer import number_sentences, sentences
 from agent.explain.answer.located import Curve
-from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, NUMBERS, OWN_NUMBER
-from agent.explain.answer.result import Alternative, Finding, Region
+from agent.explain.answer.names import NAMES, NUMBERS, OWN_NUMBER
+from agent.explain.answer.result import Alternative, Finding
 from agent.explain.choosing.aliases import told_apart_by
-from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
@@ -22,17 +21,17 @@ from agent.explain.forms.drift import changed_between
 from agent.explain.forms.form import Form
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
-from agent.explain.forms.reversal import reach_rad
 from agent.explain.forms.seen_arm import SEEN, shown_gear
-from agent.explain.forms.speed import brakes_both_ways
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
-from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
+from agent.explain.location.regions import curve_of, regions_of
+from agent.explain.look_alikes import YIELDING, alternatives_of, is_what_friction_lacks
 from agent.explain.numbers.cancelling import cancelled_by, without_one_constant
 from agent.explain.numbers.late_velocity import as_velocitys, is_velocitys
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.unshaken import UNKNOWN
 from agent.explain.numbers.wrong import WrongNumber, factor_of
+from agent.explain.reach import reach_of
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
@@ -44,16 +43,12 @@ from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
 _SAME_LIMIT = 0.02  # of a torque limit, beyond the interval: how tops are read, and rounded
-OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
     "gravity-imbalance": GRAVITY,
 }
 _PLACE = "position-dependent-friction"
-_YIELDING, _BUNDLE = "presliding-hysteresis", "cable-force"
-_COULOMB, _HELD = "coulomb_extra_nm", "hysteresis_nm"
-_DEGREES_RAD, _REDUCES = 0.02, 10.0  # of an arm behind such a gear: contacts yield over less
 _OF_THE_PLACE = 0.3  # of what friction is told to differ by at a place: so much its level moved
 
 
@@ -115,7 +110,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         parameters = as_velocitys(parameters)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
-    reach_nm = _reach(study, form.effect, added, where)
+    reach_nm = reach_of(study, form.effect, added, where)
     told = sentences.finding_sentence(
         form.effect,
         where,
@@ -130,7 +125,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     if clipped is not None:
         parameters |= {"limit_nm": Parameter(clipped.limit_nm, clipped.limit_ci95_nm)}
     if clipped is not None and clipped.reading:
-        told = sentences.reading_sentence(
+        told = number_sentences.reading_sentence(
             clipped.limit_nm, clipped.tops, clipped.missing_nm, share, by_motion=clipped.by_motion
         )
     level_nm = _level_nm(study)
@@ -148,10 +143,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
         if math.isfinite(part):
             told = replace(told, caveat=sentences.spring_sentence(part))
-    alternatives = _alternatives(scene, term)
-    if form.effect == _BUNDLE and _is_what_friction_lacks(study):
-        others = [a for a in alternatives if a.effect != _YIELDING]
-        alternatives = tuple(_as_likely(form.effect, _YIELDING, others))
+    alternatives = alternatives_of(study, term)
     return Finding(
         effect=form.effect,
         rank=0,
@@ -227,43 +219,6 @@ def _not_below_nothing(found: Parameter) -> Parameter:
     return replace(found, ci95=(max(found.ci95[0], 0.0), found.ci95[1]))
 
 
-def _reach(
-    study: Study, effect: str, added: Floats, where: tuple[Region, ...]
-) -> tuple[float, float]:
-    """Return by how much an effect and the twin as given differ, least and greatest.
-
-    In the effect's first region, along the motion where it brakes. What the twin's own numbers had
-    taken over of the effect, when they were fitted without it, is no difference to the simulation.
-    """
-    library = study.library
-    rows, weight = library.weighing.rows, library.weighing.weight
-    basis = basis_of(library.base)
-    weighted = added * weight
-    copied = basis @ (basis.T @ weighted)
-    net = (weighted - _taken_over(study, basis) * copied) / weight
-    if effect in FOLLOWS_DIRECTION:
-        net = net * np.sign(study.table.rows["velocity_rad_s"][rows])
-    if where and where[0].variable == AXIS[effect] and not AXIS[effect].startswith("order_"):
-        values = axis_values(library.scene, AXIS[effect])[rows]
-        inside = (values >= where[0].lower) & (values <= where[0].upper)
-        net = net[inside] if inside.any() else net
-    low, high = np.quantile(net, [0.005, 0.995])
-    return float(low), float(high)
-
-
-def _taken_over(study: Study, basis: Floats) -> float:
-    """Return how far the twin's numbers are on the way from the extended to the refitted ones.
-
-    One for a twin that was fitted without the missing physics, zero for one whose own numbers are
-    right.
-    """
-    library, width = study.library, study.library.base.shape[1]
-    extended = library.base @ study.model.coefficients[:width]
-    way = extended - basis @ (basis.T @ library.target)
-    length = float(way @ way)
-    return min(max(float(extended @ way) / length, 0.0), 1.0) if length > 0.0 else 0.0
-
-
 def order_of(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
     """Return a finding's order per motor turn, 0 for none."""
     if "order_per_motor_rev" in parameters:
@@ -271,55 +226,6 @@ def order_of(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
     if "order_per_arm_rev" in parameters:
         return parameters["order_per_arm_rev"].value / scene.table.gear_ratio
     return 0.0
-
-
-def _alternatives(scene: Scene, term: Term) -> tuple[Alternative, ...]:
-    """Return a term's rivals, each with the measurement that decides."""
-    effect = term.scored.form.effect
-    out = []
-    for rival in term.rivals[:3]:
-        other = rival.scored.form.effect
-        out.append(Alternative(other, rival.probability, told_apart_by(effect, other)))
-    if effect in OFFSET_OR_ASYMMETRY and not any(a.effect in OFFSET_OR_ASYMMETRY for a in out):
-        partner = next(iter(OFFSET_OR_ASYMMETRY - {effect}))
-        constant = term.scored.form.name == "constant"
-        braking = constant and brakes_both_ways(scene, (), 2.0 * term.scored.coefficients)
-        if braking or term.scored.form.name == "Coulomb":
-            out = _as_likely(effect, partner, out)
-    if effect == _YIELDING and _yields_as_a_bundle(scene, term):
-        out = _as_likely(effect, _BUNDLE, [a for a in out if a.effect != _BUNDLE])
-    return tuple(out)
-
-
-def _as_likely(effect: str, other: str, rivals: Sequence[Alternative]) -> list[Alternative]:
-    """Return alternatives of which one is as likely as a finding and its rivals together."""
-    halved = (replace(rival, probability=0.5 * rival.probability) for rival in rivals)
-    return [Alternative(other, 0.5, told_apart_by(effect, other)), *halved]
-
-
-def _yields_as_a_bundle(scene: Scene, term: Term) -> bool:
-    """Return whether friction yields over degrees of an arm, as hoses do, and contacts do not."""
-    gear, candidate = scene.table.gear_ratio, term.candidate
-    return gear > _REDUCES and reach_rad(candidate.form, candidate.point) > _DEGREES_RAD * gear
-
-
-def _is_what_friction_lacks(study: Study) -> bool:
-    """Return whether a bundle's inner friction is as much as the twin has too much of Coulomb's.
-
-    Then both together are the friction that the twin says: one that yields, in part over a longer
-    way, and no bundle besides it.
-    """
-    lacks = [n.parameters[_COULOMB] for n in study.numbers if _COULOMB in n.parameters]
-    held = [own[_HELD] for own in study.model.parameters if _HELD in own]
-    return any(
-        a.ci95 is not None
-        and b.ci95 is not None
-        and a.ci95[0] <= -b.ci95[0]
-        and -b.ci95[1] <= a.ci95[1]
-        for a in held
-        for b in lacks
-        if b.value < 0.0
-    )
 
 
 def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
@@ -330,15 +236,15 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
     if wrong.effect == "gravity-imbalance":
         hoses = gravity_look_alikes(study.library, study.twin, study.model)
         alike |= dict.fromkeys(hoses, (1.0 - sum(alike.values())) / (1.0 + len(hoses)))
-    if _COULOMB in wrong.parameters and _is_what_friction_lacks(study):
-        alike = {_YIELDING: 0.5, **{other: 0.5 * chance for other, chance in alike.items()}}
+    if "coulomb_extra_nm" in wrong.parameters and is_what_friction_lacks(study):
+        alike = {YIELDING: 0.5, **{other: 0.5 * chance for other, chance in alike.items()}}
     return Finding(
         effect=wrong.effect,
         rank=0,
         probability=1.0 - sum(alike.values()),
         energy_share=wrong.energy_share,
         where=(),
-        said=sentences.number_sentence(
+        said=number_sentences.number_sentence(
             wrong.effect,
             changes,
             wrong.energy_share,
@@ -373,14 +279,14 @@ def _saturation_findings(study: Study) -> list[Finding]:
             energy_share=0.0,
             where=(),
             said=(
-                sentences.reading_sentence(
+                number_sentences.reading_sentence(
                     evidence.limit_nm,
                     evidence.tops,
                     evidence.missing_nm,
                     by_motion=evidence.by_motion,
                 )
                 if evidence.reading
-                else sentences.saturation_sentence(
+                else number_sentences.saturation_sentence(
                     evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s
                 )
             ),

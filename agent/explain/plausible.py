@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import SIMULATED, Run, are_simulated
-from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table
 from agent.identify.diagnosis import no_joint_records, too_fast
 from agent.identify.rigid.alike import mixed_units, shown_by

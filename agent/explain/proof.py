@@ -18,8 +18,8 @@ from agent.explain.numbers.model import left_by, with_numbers
 from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.left_out import left_out_as_in
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table, TooShortError, tabulate, without_edges
 from agent.identify.result import Floats
 from agent.physics.twin import Twin

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer.names import NUMBERS
-from agent.explain.answer.sentences import change_said
+from agent.explain.answer.number_sentences import change_said
 from agent.explain.asked import tabulated
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.plausible import contradiction

@@ -41,7 +41,8 @@ from agent.explain.numbers.wrong import WrongNumber, factor_of, told_again, wron
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats, Parameter

@@ -9,7 +9,7 @@ import numpy as np
 from agent.explain.answer.amounts import torque
 from agent.explain.location.regions import row_seconds
 from agent.explain.plausible import in_degrees, of_two_units, runs_backwards
-from agent.explain.rows.scene import refit
+from agent.explain.rows.refit import refit
 from agent.explain.rows.table import Table
 from agent.physics.twin import Twin
 from trajectories import lasting

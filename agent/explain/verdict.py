@@ -13,7 +13,7 @@ from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.location.regions import AXIS
 from agent.explain.numbers.model import predicted
-from agent.explain.rows.scene import refit
+from agent.explain.rows.refit import refit
 from agent.explain.study import Study
 
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little

@@ -30,8 +30,8 @@ from agent.explain.choosing.aliases import aliases
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.driven_range import noted_in
 from agent.explain.experiment.proposal import next_experiments, set_up_only
-from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
+from agent.explain.look_alikes import OFFSET_OR_ASYMMETRY
 from agent.explain.numbers.model import fit_model, left_by
 from agent.explain.rows.table import BASE
 from agent.explain.study import Study

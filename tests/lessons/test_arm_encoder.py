@@ -15,8 +15,9 @@ from agent.explain.forms import gap
 from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
 from agent.explain.forms.library import FORMS
 from agent.explain.forms.seen_arm import SEEN, shown_gear
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.physics.twin import Twin
 from tests.science.explain_plant import GEAR, Joint, record

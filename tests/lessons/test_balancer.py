@@ -11,7 +11,7 @@ import pytest
 from agent.explain.driven_range import carries
 from agent.explain.findings import findings_of
 from agent.explain.numbers.model import with_numbers
-from agent.explain.rows.scene import refit
+from agent.explain.rows.refit import refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import Study, study
 from agent.identify.result import Floats

@@ -10,7 +10,8 @@ from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.forms import speed
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair

@@ -15,8 +15,9 @@ from agent.explain.choosing.rivals import with_rivals
 from agent.explain.choosing.search import Library
 from agent.explain.forms import arm, gap, speed
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.physics.twin import Twin
 from tests.science.explain_plant import GEAR, Joint, record

@@ -30,9 +30,10 @@ from agent.explain.forms.twin_law import best_entry
 from agent.explain.numbers.model import predicted
 from agent.explain.numbers.uneven import compared
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.rows.twin_effects import effects_nm
 from agent.explain.study import study

@@ -18,7 +18,8 @@ from agent.explain.numbers.model import extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, TWIN, Conditions, record, stair

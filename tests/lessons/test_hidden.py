@@ -13,7 +13,8 @@ from agent.explain.numbers.hidden import reaching_over_the_unnamed
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import fit_model
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair

@@ -16,7 +16,8 @@ from agent.explain.numbers.cancelling import cancelled_by
 from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats

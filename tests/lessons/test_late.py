@@ -15,8 +15,9 @@ from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.in_step import begun_late
 from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate, without_edges
 from agent.explain.study import study
 from agent.identify.result import Floats

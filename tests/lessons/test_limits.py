@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.explain.answer.sentences import reading_sentence
+from agent.explain.answer.number_sentences import reading_sentence
 from agent.explain.explain import explain
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from agent.explain.rows.lines import Line, lines_of
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import refit
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, Missing, record, stair

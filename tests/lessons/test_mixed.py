@@ -14,7 +14,8 @@ from agent.explain.forms import cable, ripple
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.mixed import Mixed
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair

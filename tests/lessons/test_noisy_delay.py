@@ -10,7 +10,8 @@ import pytest
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.forms.signal import FORMS
 from agent.explain.rows.evidence import solve, weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.physics.twin import Twin
 from tests.science.explain_plant import GEAR, Joint, record

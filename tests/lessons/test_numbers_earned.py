@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.explain.answer.sentences import number_sentence
+from agent.explain.answer.number_sentences import number_sentence
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.numbers.plain_refits import earlier_moves
 from agent.explain.numbers.refuted import lasting
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats

@@ -25,8 +25,9 @@ from agent.explain.numbers.resting import at_own_numbers, settled_beside
 from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.orders import orders_of
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, RATE_HZ, TWIN, stair

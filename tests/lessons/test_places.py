@@ -21,7 +21,8 @@ from agent.explain.forms.spots import strong_places
 from agent.explain.location.regions import axis_values, regions_of
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right, stamp_errors_s
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Floats

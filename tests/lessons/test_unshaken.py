@@ -16,8 +16,9 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.unshaken import unshaken
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.motion_noise import drawn_noise_rad_s
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin

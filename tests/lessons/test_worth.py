@@ -28,8 +28,9 @@ from agent.explain.numbers.plain_refits import moves_through_reversals, plain_mo
 from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats

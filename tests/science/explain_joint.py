@@ -14,8 +14,9 @@ from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.search import Library
 from agent.explain.forms.library import judgeable
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin

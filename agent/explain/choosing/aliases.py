@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.order import at_order, goes_by_order
 from agent.explain.forms.seen_arm import SEEN
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.effects.library import card_of
 

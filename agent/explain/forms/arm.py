@@ -11,9 +11,10 @@ import numpy as np
 
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
 from agent.explain.forms.twin_law import best_entry, coulomb_nm
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.twin import TwinError
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, ToTwin, stack
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.forms.reversal import hysteresis
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.external import stiffening
 

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.explain.forms.grid import log_grid
 from agent.explain.rows.blows import Blows
 from agent.explain.rows.pieces import thinned
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 Gap = tuple[float, float, float, float, float]

@@ -21,10 +21,11 @@ from agent.explain.forms.arm import (
 from agent.explain.forms.crossings import likeliest_arms, likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
 from agent.explain.forms.seen_arm import BACKLASH, shown_gear
 from agent.explain.forms.twin_law import best_entry, coulomb_nm
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.twin import TwinError
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
 from agent.explain.forms.orders import (
     ORDER,
@@ -18,7 +19,7 @@ from agent.explain.forms.orders import (
     order_limits,
     strong_orders,
 )
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.periodic import wave_rates
 

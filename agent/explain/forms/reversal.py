@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.twin_law import best_entry, nearest
 from agent.explain.rows.remembered import remembered
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.friction_dynamic import dahl_share
 from agent.physics.presliding import MaxwellSlip

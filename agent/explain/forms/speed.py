@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.forms.grid import log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.friction import boundary_share
 from agent.physics.friction_oil import cross_nm, eyring_nm, power_law_nm

@@ -15,8 +15,9 @@ from agent.explain.forms.arm import ARM_REACHES, spring_entry, stiffer_than_weig
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Point, Proportional
 from agent.explain.forms.gears import Gear
+from agent.explain.forms.grid import log_grid
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.rows.scene import Scene
 
 _STIFFENED = (0.3, 2.0)  # times stiffer, at the twist of a linear spring under the hardest load
 _MOST_STIFFENED = 100.0

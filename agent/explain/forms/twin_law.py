@@ -16,7 +16,8 @@ import numpy as np
 from agent.explain.rows.beginnings import without_beginnings
 from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.pieces import known_part
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED, YIELDING, along_the_way

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.forms.grid import log_grid
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.use import OPERATING, TURNED, before_each, in_order, recorded_use
 from agent.identify.result import Floats
 from agent.physics.friction_drift import LinearDrift, coming_share

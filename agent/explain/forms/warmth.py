@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
-from agent.explain.rows.scene import Scene, log_grid
+from agent.explain.forms.grid import log_grid
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.friction_oil import TemperatureCoulomb, thinning_share
 

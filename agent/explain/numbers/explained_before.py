@@ -14,7 +14,7 @@ from agent.explain.choosing.materiality import FAR, MATERIAL
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.floor import noise_floor
-from agent.explain.rows.scene import refit
+from agent.explain.rows.refit import refit
 from agent.physics.twin import Twin
 
 

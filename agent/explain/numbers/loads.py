@@ -19,8 +19,8 @@ from agent.explain.answer.result import Finding
 from agent.explain.answer.said import Said
 from agent.explain.choosing.materiality import MATERIAL, beyond
 from agent.explain.rows.evidence import heldout, moments, weigh
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.linear import LinearFit, solve_blocks

@@ -13,7 +13,7 @@ from agent.explain.choosing.materiality import CLOSE
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
 from agent.explain.own_effects.pairs import numbers_in
-from agent.explain.rows.scene import refit
+from agent.explain.rows.refit import refit
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError

@@ -13,7 +13,8 @@ from agent.explain.findings import order_of
 from agent.explain.location.regions import AXIS, curve_of
 from agent.explain.numbers.model import left_by, predicted
 from agent.explain.own_effects.doubted import Doubted
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED

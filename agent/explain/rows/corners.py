@@ -19,30 +19,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.corner import AT_A_SAMPLE, Corner, Ramp, corners_of, moves, ramps_of
+from agent.explain.rows.jumps import FEWEST, Jumps, late_of
 from agent.explain.rows.run import CORNERS, Run
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.sampling import Stretch, find_stretches
 from agent.physics.derivative import slope
 
-_SHARP, _CLEAR = 3.5, 5.0  # times what the speed bends by at the samples around, and its noise
-_ROUNDED = 1e-9  # of the greatest speed: what bends by less was rounded
-_ALONE = 3  # samples on either side of a corner that another one keeps away from
-_AT_A_SAMPLE = 0.03  # of a sample: a corner that is no further from it is there
-_UNSURE = 1.5  # times the noise over the jump, of a sample: where a corner may be as well
-_OF_NOISE = 4.0  # times its own noise: a jump of the torque that tells on which side a sample is
-_OFF = 0.25  # of the jump: how far such a sample of the torque is from either side of it
-_MOSTLY, _FEWEST = 0.7, 3  # corners at which the torque has to jump from one sample to the next
-_SEEN = 0.4  # ... and where the motion has its corner: it may be a sample off, but not mostly
-_MOST_LATE = 8  # samples that it may do so after the motion
-_STANDS = 1e-3  # of the greatest speed
 _EITHER = 0.5  # of a jump that the torque does not show
-_SHORT = 8  # samples: a ramp that is longer has corners that stand alone
 _ALIKE = 0.05  # of an acceleration: by so much at most others differ from it
 _AHEAD = np.array([4.0, 1.0, -2.0]) / 3.0
 """Where a straight line through three values, the nearest one first, would go on."""
-_BACK = 0.2  # of a ramp's corners together: how much more one of them bends than the other
-_SECOND = 6.0**0.5  # of white noise, its second differences
 
 
 def with_corners(runs: Sequence[Run]) -> tuple[Run, ...]:
@@ -81,7 +69,7 @@ def _places(stretch: Stretch, signals: Signals) -> NDArray[np.int64] | None:
     steps = (signals.time_s[stretch.index] - stretch.time_s[0]) / stretch.period_s
     places = np.rint(steps).astype(np.int64)
     inside = places[-1] < stretch.time_s.shape[0]
-    return places if inside and float(np.max(np.abs(steps - places))) < _AT_A_SAMPLE else None
+    return places if inside and float(np.max(np.abs(steps - places))) < AT_A_SAMPLE else None
 
 
 def _beside(stretch: Stretch, signals: Signals) -> Floats:
@@ -94,9 +82,9 @@ def _beside(stretch: Stretch, signals: Signals) -> Floats:
         motion = _Angle(stretch.on_grid(signals, signals.position_rad), stretch.period_s)
     torque = stretch.on_grid(signals, signals.torque_nm)
     corners, out = motion.corners(), np.zeros_like(torque)
-    jumps = _Jumps(torque, _OF_NOISE * _noise(torque))
+    jumps = Jumps.of(torque)
     # Where the joint starts and stops friction jumps as well.
-    late = _late([c for c in corners if motion.slides(c)], jumps)
+    late = late_of([c for c in corners if motion.slides(c)], jumps)
     if late is None:
         return out
     across, sizes = motion.across, list[float]()
@@ -123,13 +111,13 @@ def _beside(stretch: Stretch, signals: Signals) -> Floats:
 
 def _typical(sizes: Sequence[float]) -> float:
     """Return by how much the acceleration jumps at corners; 0 where they differ."""
-    typical = float(np.median(sizes)) if len(sizes) >= _FEWEST else 0.0
+    typical = float(np.median(sizes)) if len(sizes) >= FEWEST else 0.0
     unlike = float(np.median(np.abs(np.asarray(sizes) - typical))) if typical else 0.0
     return typical if unlike < _ALIKE * typical else 0.0
 
 
 def _in_a_ramp(
-    ramp: _Ramp, motion: _Speed | _Angle, jumps: _Jumps, late: int, typical: float
+    ramp: Ramp, motion: _Speed | _Angle, jumps: Jumps, late: int, typical: float
 ) -> dict[int, float]:
     """Return the accelerations of a short ramp's samples and of those around it.
 
@@ -150,28 +138,6 @@ def _in_a_ramp(
 
 
 @dataclass(frozen=True)
-class _Corner:
-    """Where a speed has a corner: at a sample, or between it and the next."""
-
-    at: int
-    between: bool
-
-    @property
-    def after(self) -> int:
-        """Return the first sample that is not before it."""
-        return self.at + self.between
-
-
-@dataclass(frozen=True)
-class _Ramp:
-    """A ramp whose corners do not stand alone: the samples around it, and by what it changes."""
-
-    first: int
-    last: int
-    change: float
-
-
-@dataclass(frozen=True)
 class _Speed:
     """A speed's samples, rad/s, shape (n,)."""
 
@@ -183,17 +149,17 @@ class _Speed:
         """Return its derivative, shape (n,), by differences that ask for no corner."""
         return slope(self.values, self.period_s)
 
-    def corners(self) -> list[_Corner]:
+    def corners(self) -> list[Corner]:
         """Return the corners that stand alone, in the order of time."""
-        return _corners(self.values, 0.0)
+        return corners_of(self.values, 0.0)
 
-    def ramps(self) -> list[_Ramp]:
+    def ramps(self) -> list[Ramp]:
         """Return the ramps between others, in the order of time."""
-        return _ramps(self.values, 0)
+        return ramps_of(self.values, 0)
 
-    def slides(self, corner: _Corner) -> bool:
+    def slides(self, corner: Corner) -> bool:
         """Return whether the joint moves on either side of a corner."""
-        return _moves(self.values, corner.at - 1, corner.after + 1)
+        return moves(self.values, corner.at - 1, corner.after + 1)
 
     def sides(self, first: int, last: int) -> tuple[float, float]:
         """Return the accelerations at the last sample before corners and the first one after."""
@@ -232,17 +198,17 @@ class _Angle:
         """Return its second derivative, shape (n,), by differences that ask for no corner."""
         return slope(slope(self.values, self.period_s), self.period_s)
 
-    def corners(self) -> list[_Corner]:
+    def corners(self) -> list[Corner]:
         """Return the corners of its speed that stand alone, in the order of time."""
-        return _corners(np.diff(self.values) / self.period_s, 0.5)
+        return corners_of(np.diff(self.values) / self.period_s, 0.5)
 
-    def ramps(self) -> list[_Ramp]:
+    def ramps(self) -> list[Ramp]:
         """Return the ramps of its speed between others, in the order of time."""
-        return _ramps(np.diff(self.values) / self.period_s, 1)
+        return ramps_of(np.diff(self.values) / self.period_s, 1)
 
-    def slides(self, corner: _Corner) -> bool:
+    def slides(self, corner: Corner) -> bool:
         """Return whether the joint moves on either side of a corner."""
-        return _moves(np.diff(self.values), corner.at - 2, corner.after + 1)
+        return moves(np.diff(self.values), corner.at - 2, corner.after + 1)
 
     def sides(self, first: int, last: int) -> tuple[float, float]:
         """Return the accelerations at the last sample before corners and the first one after."""
@@ -269,158 +235,3 @@ class _Angle:
     def _at(self, sample: int) -> float:
         before, here, after = self.values[sample - 1 : sample + 2]
         return float((after - 2.0 * here + before) / self.period_s**2)
-
-
-def _moves(speed: Floats, before: int, after: int) -> bool:
-    """Return whether a speed is more than a standstill's at two of its samples, and of one sign."""
-    least = _STANDS * float(np.max(np.abs(speed), initial=0.0))
-    return bool(speed[before] * speed[after] > least**2)
-
-
-def _bends(speed: Floats) -> tuple[Floats, float, float]:
-    """Return by how much a speed bends at its samples, the noise of that, and the least corner."""
-    bends = np.zeros_like(speed)
-    bends[1:-1] = np.diff(speed, n=2)
-    noise = float(np.median(np.abs(bends))) / 0.6745
-    return bends, noise, max(_CLEAR * noise, _ROUNDED * float(np.max(np.abs(speed), initial=0.0)))
-
-
-def _ramps(speed: Floats, begins: int) -> list[_Ramp]:
-    """Return what a speed changes by within a few samples, between stretches that do not bend.
-
-    Parameters
-    ----------
-    speed : ndarray, shape (m,)
-    begins : int
-        How many samples of the motion are before the first one of the speed, half ones up.
-    """
-    bends, _, least = _bends(speed)
-    standing = _STANDS * float(np.max(np.abs(speed), initial=0.0))
-    bent = np.flatnonzero(np.abs(bends) > 0.5 * least)
-    out, margin = list[_Ramp](), _ALONE + 2
-    for group in np.split(bent, np.flatnonzero(np.diff(bent) > _ALONE) + 1):
-        if group.shape[0] < 2 or group[-1] - group[0] > _SHORT:
-            continue
-        first, last = int(group[0]) - 1, int(group[-1]) + 1
-        if first < margin or last >= speed.shape[0] - margin:
-            continue
-        own = bends[group]
-        alike = abs(float(own.sum())) < _BACK * float(np.abs(own).sum())
-        moves = min(abs(speed[first]), abs(speed[last])) > standing
-        if alike and moves and float(np.abs(own).max()) > least:
-            line = 0.5 * (speed[first] - speed[first - 1] + speed[last + 1] - speed[last])
-            change = float(speed[last] - speed[first] - line * (last - first))
-            out.append(_Ramp(first, last + begins, change))
-    return out
-
-
-def _corners(speed: Floats, begins: float) -> list[_Corner]:
-    """Return the corners of a speed that stand alone, in the order of time.
-
-    Parameters
-    ----------
-    speed : ndarray, shape (m,)
-    begins : float
-        When the first of its samples is, in samples.
-    """
-    bends, noise, least = _bends(speed)
-    size = np.abs(bends)
-    margin, out = _ALONE + 2, list[_Corner]()
-    for k in np.flatnonzero(size > 0.5 * least).tolist():
-        # At the end one more, as the torque may have it a sample later.
-        if not margin <= k < speed.shape[0] - margin - 1 or size[k] < max(size[k - 1 : k + 2]):
-            continue
-        own = np.maximum(bends[k - 1 : k + 2] * np.sign(bends[k]), 0.0)
-        jump = float(own.sum())
-        around = max(size[k - 1 - _ALONE : k - 1].max(), size[k + 2 : k + 2 + _ALONE].max())
-        if not jump > max(least, _SHARP * around):
-            continue
-        at = begins + k + float(own[2] - own[0]) / jump
-        between = abs(at - round(at)) > max(_AT_A_SAMPLE, _UNSURE * noise / jump)
-        corner = _Corner(math.floor(at) if between else round(at), between)
-        if not out or corner.at > out[-1].at + _ALONE:
-            out.append(corner)
-    return out
-
-
-@dataclass(frozen=True)
-class _Jumps:
-    """How a torque goes through its jumps.
-
-    Parameters
-    ----------
-    torque_nm : ndarray, shape (n,)
-    least_nm : float
-        A jump that is smaller tells nothing.
-    """
-
-    torque_nm: Floats
-    least_nm: float
-
-    def share(self, at: int, first: int, last: int) -> float | None:
-        """Return how much of a jump around some samples is over at one; None for no jump."""
-        if first < 1 or last + 1 >= self.torque_nm.shape[0]:
-            return None
-        before, after = float(self.torque_nm[first - 1]), float(self.torque_nm[last + 1])
-        if not abs(after - before) > self.least_nm:
-            return None
-        return (float(self.torque_nm[at]) - before) / (after - before)
-
-    def refined(self, corner: _Corner, late: int) -> _Corner:
-        """Return where it jumps at a corner, or beside it: a speed is filtered, or comes late."""
-        if self.is_sharp(corner, late):
-            return corner
-        splits = (_Corner(corner.at + by, True) for by in (0, -1, 1))
-        halves = (_Corner(corner.at + by, False) for by in (0, 1, -1))
-        return next((c for c in (*splits, *halves) if self.is_sharp(c, late)), corner)
-
-    def pulse(self, first: int, last: int) -> tuple[int, int] | None:
-        """Return the samples between two that a pulse takes, as sharp at either end; else None."""
-        if first < 2 or last + 3 > self.torque_nm.shape[0]:
-            return None
-        part = self.torque_nm[first - 1 : last + 2]
-        over = part - np.linspace(float(part[0]), float(part[-1]), part.shape[0])
-        height = float(over[np.argmax(np.abs(over))])
-        if not abs(height) > self.least_nm:
-            return None
-        share = over / height
-        within = np.flatnonzero(share > 0.5)
-        clear = np.all((share < _OFF) | (share > 1.0 - _OFF))
-        if not clear or within[-1] - within[0] + 1 != within.shape[0]:
-            return None
-        return first - 1 + int(within[0]), first - 1 + int(within[-1])
-
-    def is_there(self, corner: _Corner) -> bool:
-        """Return whether it jumps at a corner, at once or a little later."""
-        first, last = corner.at - 1, min(corner.after + _MOST_LATE + 1, self.torque_nm.shape[0] - 1)
-        return abs(float(self.torque_nm[last] - self.torque_nm[first])) > self.least_nm
-
-    def is_sharp(self, corner: _Corner, late: int) -> bool:
-        """Return whether it jumps from one sample to the next, at a corner and so much later."""
-        first, last = corner.at + late, corner.after + late
-        begins, ends = self.share(first, first, last), self.share(last, first, last)
-        if begins is None or ends is None or not 2 <= first <= self.torque_nm.shape[0] - 4:
-            return False
-        # It is over where the corner is: a filtered torque would go on to change.
-        further = self.share(first - 2, first, last), self.share(last + 2, first, last)
-        over = all(x is not None and min(abs(x), abs(1.0 - x)) < _OFF for x in further)
-        return over and (not corner.between or (abs(begins) < _OFF and abs(1.0 - ends) < _OFF))
-
-
-def _late(corners: Sequence[_Corner], jumps: _Jumps) -> int | None:
-    """Return by how many samples the torque jumps after the motion; None where it does not jump."""
-    told = [corner for corner in corners if jumps.is_there(corner)]
-    if len(told) < _FEWEST:
-        return None
-    shares = [
-        float(np.mean([jumps.is_sharp(corner, late) for corner in told]))
-        for late in range(_MOST_LATE + 1)
-    ]
-    best = int(np.argmax(shares))
-    sharp = [jumps.is_sharp(jumps.refined(corner, best), best) for corner in told]
-    return best if shares[best] >= _SEEN and float(np.mean(sharp)) >= _MOSTLY else None
-
-
-def _noise(torque_nm: Floats) -> float:
-    """Return the torque's noise from one sample to the next, N m."""
-    return float(np.median(np.abs(np.diff(torque_nm, n=2)))) / (0.6745 * _SECOND)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +16,7 @@ from agent.explain.rows.bridged import Bridged
 from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
-from agent.explain.rows.table import BASE, Table
+from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
 from agent.physics.effects import LEAST_LEVEL, along_the_way
@@ -393,37 +392,3 @@ class Scene:
     def runs(self) -> NDArray[np.int64]:
         """Return the run of every full-rate sample, shape (N,)."""
         return np.round(self.table.full["run"]).astype(np.int64)
-
-
-def refit(table: Table, known: Floats | None = None) -> tuple[Floats, Floats]:
-    """Return the move of the twin's five numbers that fits the rows best, and what is left.
-
-    Parameters
-    ----------
-    table : Table
-    known : ndarray, shape (n,), optional
-        A torque that is taken off the target first.
-
-    Returns
-    -------
-    delta : ndarray, shape (5,)
-        To be added to the twin's numbers.
-    residual_nm : ndarray, shape (n,)
-    """
-    target = table.target_nm if known is None else table.target_nm - known
-    rows = table.sliding if table.sliding.any() else table.used
-    size = np.sqrt(np.mean(table.base[rows] ** 2, axis=0))
-    carried = table.carried
-    delta = np.zeros(len(BASE))
-    if carried.any():
-        columns = table.base[np.ix_(rows, carried)] / size[carried]
-        solution = np.linalg.lstsq(columns, target[rows], rcond=1e-9)[0]
-        delta[carried] = solution / size[carried]
-    return delta, target - table.base @ delta
-
-
-def log_grid(lower: float, upper: float, count: int) -> tuple[float, ...]:
-    """Return `count` points even in their logarithm."""
-    if not (0.0 < lower < upper) or math.isinf(upper):
-        return (max(lower, upper),)
-    return tuple(float(x) for x in np.geomspace(lower, upper, count))

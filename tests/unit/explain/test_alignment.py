@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.explain.rows.lag import lag_of
+from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
-from agent.explain.rows.scene import refit
 from agent.explain.rows.table import tabulate
 from agent.physics.twin import Twin
 

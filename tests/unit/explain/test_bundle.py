@@ -10,12 +10,12 @@ import pytest
 
 from agent.explain.answer.result import Alternative
 from agent.explain.choosing.rivals import Term, _is_plainly_behind
-from agent.explain.findings import (
-    _as_likely,
-    _is_what_friction_lacks,
-    _yields_as_a_bundle,
-)
 from agent.explain.forms.library import FORMS
+from agent.explain.look_alikes import (
+    _as_likely,
+    _yields_as_a_bundle,
+    is_what_friction_lacks,
+)
 from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Parameter
@@ -47,7 +47,7 @@ def test_a_bundle_that_holds_what_friction_lacks_may_be_that_friction(
     study = SimpleNamespace(
         numbers=(SimpleNamespace(parameters=lacks),), model=SimpleNamespace(parameters=(held,))
     )
-    assert _is_what_friction_lacks(cast("Study", study)) is is_one
+    assert is_what_friction_lacks(cast("Study", study)) is is_one
 
 
 @pytest.mark.parametrize(("losing", "plain"), [(40, True), (28, False)])

@@ -9,7 +9,8 @@ from agent.explain.answer.result import Curve, Region
 from agent.explain.forms.downhill import downhill
 from agent.explain.location.dynamic_curves import excerpt, over_frequency, spectrum_around
 from agent.explain.rows.lines import lines_of
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.report.explanation.figure_curve import abscissa_of, caption_of

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.located import Region, Ringing
+from agent.explain.answer.number_sentences import number_sentence
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.sentences import (
     counted_from,
     finding_sentence,
-    number_sentence,
     only_heard,
 )
 from agent.identify.result import Parameter

@@ -6,7 +6,8 @@ import numpy as np
 
 from agent.explain.forms.orders import strong_orders
 from agent.explain.rows.orders import orders_of
-from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.number_sentences import number_sentence
 from agent.explain.answer.result import (
     Alternative,
     Cell,
@@ -31,7 +32,7 @@ from agent.explain.answer.result import (
     Varying,
     fit_of,
 )
-from agent.explain.answer.sentences import finding_sentence, number_sentence
+from agent.explain.answer.sentences import finding_sentence
 from agent.explain.answer.words import summary_of
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin
