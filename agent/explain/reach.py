@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.explain.answer.names import FOLLOWS_DIRECTION
+from agent.explain.answer.names import FOLLOWS_DIRECTION, FOLLOWS_TORQUE
 from agent.explain.answer.result import Region
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.location.regions import AXIS, axis_values
@@ -17,7 +17,8 @@ def reach_of(
 ) -> tuple[float, float]:
     """Return by how much an effect and the twin as given differ, least and greatest.
 
-    In the effect's first region, along the motion where it brakes. What the twin's own numbers had
+    In the effect's first region, along the motion where it brakes, and along the torque where that
+    is misread. What the twin's own numbers had
     taken over of the effect, when they were fitted without it, is no difference to the simulation.
     """
     library = study.library
@@ -28,6 +29,8 @@ def reach_of(
     net = (weighted - _taken_over(study, basis) * copied) / weight
     if effect in FOLLOWS_DIRECTION:
         net = net * np.sign(study.table.rows["velocity_rad_s"][rows])
+    if effect in FOLLOWS_TORQUE:
+        net = net * np.sign(study.table.measured_nm[rows])
     if where and where[0].variable == AXIS[effect] and not AXIS[effect].startswith("order_"):
         values = axis_values(library.scene, AXIS[effect])[rows]
         inside = (values >= where[0].lower) & (values <= where[0].upper)

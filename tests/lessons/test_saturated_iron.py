@@ -46,6 +46,8 @@ def test_a_constant_that_falls_with_the_torque_is_no_friction_under_load() -> No
     assert answer.verdict == "explained"
     (found,) = answer.findings
     assert found.effect == "torque-constant-error"
+    assert "the drive reports up to" in found.said.lead
+    assert "more torque than the simulation" in found.said.lead
     told = found.parameters["tenth_less_nm"]
     assert told.value == pytest.approx(TENTH_LESS_NM, rel=0.03)
     low, high = told.ci95 or (np.nan, np.nan)

@@ -73,6 +73,9 @@ FOLLOWS_DIRECTION = frozenset(
 )
 """Effects whose torque brakes: told in the direction of motion."""
 
+FOLLOWS_TORQUE = frozenset({"torque-constant-error"})
+"""Effects of what the torque is read as: told in the direction of the torque."""
+
 COSTS_NO_TORQUE = frozenset({"torque-saturation"})
 """Effects that keep the motion back: the torque that it takes has no error."""
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from agent.explain.answer.amounts import amount, duration, factor, percent, short, torque
-from agent.explain.answer.names import FOLLOWS_DIRECTION, OWN_NUMBER, law_name
+from agent.explain.answer.names import FOLLOWS_DIRECTION, FOLLOWS_TORQUE, OWN_NUMBER, law_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
 from agent.explain.answer.said import Said
@@ -209,10 +209,11 @@ def _amount(effect: str, reach_nm: tuple[float, float]) -> str:
     size = torque(largest)
     kind = "friction torque" if effect in FOLLOWS_DIRECTION else "torque"
     one_sided = _ONE_SIDED_FRICTION if effect in FOLLOWS_DIRECTION else _ONE_SIDED
+    whose = "the drive reports" if effect in FOLLOWS_TORQUE else "the joint needs"
     if high > 0.0 and -low <= one_sided * high:
-        return f"the joint needs up to {size} more {kind} than the simulation"
+        return f"{whose} up to {size} more {kind} than the simulation"
     if low < 0.0 and high <= -one_sided * low:
-        return f"the joint needs up to {size} less {kind} than the simulation"
+        return f"{whose} up to {size} less {kind} than the simulation"
     return f"the {kind} differs from the simulation's by up to ±{size}"
 
 
