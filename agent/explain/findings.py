@@ -120,6 +120,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         first=first,
         beside_numbers=bool(study.numbers),
         in_twin=study.in_twin(form),
+        beside=_said_already(study.twin, form.effect),
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
     if clipped is not None:
@@ -160,6 +161,15 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         curve=_curve(study, form, added, order),
         ringing=blows.ringing if blows else None,
     )
+
+
+def _said_already(twin: Twin, effect: str) -> Mapping[str, float]:
+    """Return the sums of the numbers that a simulation's own laws of an effect have."""
+    out: dict[str, float] = {}
+    for law in twin.effects:
+        for name, value in law.numbers.items() if law.id == effect else ():
+            out[name] = out.get(name, 0.0) + value
+    return out
 
 
 def _level_nm(study: Study) -> float:

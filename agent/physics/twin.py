@@ -50,6 +50,15 @@ class Effect:
     parameters: Mapping[str, Any]
     extra: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Return its numbers by name, without what else its table has."""
+        return {
+            name: float(value)
+            for name, value in self.parameters.items()
+            if isinstance(value, int | float) and not isinstance(value, bool)
+        }
+
 
 @dataclass(frozen=True)
 class Twin:

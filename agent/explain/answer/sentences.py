@@ -46,6 +46,7 @@ def finding_sentence(
     first: bool = True,
     beside_numbers: bool = False,
     in_twin: bool = True,
+    beside: Mapping[str, float] = MappingProxyType({}),
 ) -> Said:
     """Return what is said of a finding: where, how much, what it is, how much it explains.
 
@@ -65,10 +66,12 @@ def finding_sentence(
         Whether numbers of the simulation are wrong as well.
     in_twin : bool
         Whether the extended twin has it: what no simulation bears out explains nothing yet.
+    beside : mapping of str to float
+        Numbers that the simulation has in such laws already: what is found comes on top of them.
     """
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
-    detail = _detail(effect, parameters)
+    detail = _detail(effect, parameters, beside)
     called = law_name(effect, parameters)
     name = f"{called} ({detail})" if detail else called
     whole = shared("", beside_numbers=beside_numbers)
@@ -217,7 +220,7 @@ def _amount(effect: str, reach_nm: tuple[float, float]) -> str:
     return f"the {kind} differs from the simulation's by up to ±{size}"
 
 
-def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
+def _detail(effect: str, parameters: Mapping[str, Parameter], beside: Mapping[str, float]) -> str:
     """Return the one number that says more than the torque, nothing without one."""
     known = {n: p.value for n, p in parameters.items() if p.identified and math.isfinite(p.value)}
     if effect == "torque-constant-error":
@@ -240,7 +243,7 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
     if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
         return _amplitudes(known)
     if effect == "friction-drift":
-        return _growth(known)
+        return _growth(known, beside)
     if "dent_nm" in known:
         return "a dent, which pushes to one side before it and to the other behind"
     if known.get("period_arm_rad"):
@@ -250,20 +253,29 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
     return ""
 
 
-def _growth(known: Mapping[str, float]) -> str:
+def _growth(known: Mapping[str, float], beside: Mapping[str, float]) -> str:
     """Return how fast friction grows with time, where it does so steadily or at once."""
     said = []
     for key, (name, unit) in _GROWTH.items():
-        rate = known.get(key, 0.0)
+        rate, own = known.get(key, 0.0), beside.get(key, 0.0)
         if rate:
-            way = "grows" if rate > 0.0 else "falls"
-            said.append(f"{name} {way} by {amount(abs(rate), unit)} an hour")
+            said.append(f"{name} {_grows(rate + own, own, unit)}")
     for key, (name, unit) in _STEPS.items():
         step = known.get(key, 0.0)
         if step:
             way = "more" if step > 0.0 else "less"
             said.append(f"{name} is {amount(abs(step), unit)} {way} from one recording on")
     return " and ".join(said)
+
+
+def _grows(rate: float, given: float, unit: str) -> str:
+    """Return how fast a number grows or falls, and how fast it does in the simulation."""
+    size = amount(abs(rate), unit)
+    grows = f"{'grows' if rate > 0.0 else 'falls'} by {size} an hour"
+    if not given:
+        return grows
+    other = "" if rate * given > 0.0 else f"{'growing' if given > 0.0 else 'falling'} by "
+    return f"{grows} instead of {other}{amount(abs(given), unit)}"
 
 
 def _amplitudes(known: Mapping[str, float]) -> str:

@@ -23,7 +23,7 @@ from agent.explain.own_effects.better import (
 )
 from agent.explain.own_effects.doubted import NAMELESS, Doubted
 from agent.explain.own_effects.energies import Energies
-from agent.explain.own_effects.pairs import finding_of, numbers_in
+from agent.explain.own_effects.pairs import finding_of
 from agent.explain.taken_off import beside_a_finding
 from agent.explain.verdict import MUCH_LEFT
 from agent.identify.result import Parameter
@@ -152,7 +152,7 @@ def is_the_factors(effect: Effect, found: Finding, factor: float) -> bool:
 
     All torques are told in reported newton metres, a spring's stiffness and an arm's inertia too.
     """
-    given = numbers_in(effect)
+    given = effect.numbers
     told = {name: p for name, p in found.parameters.items() if name in given and p.ci95 is not None}
     if factor == 1.0 or not told:
         return False
@@ -190,13 +190,13 @@ def _own_finding(
     nameless: bool,
 ) -> Finding:
     """Return that an effect of the simulation is not as the recordings show it."""
-    given = numbers_in(effect)
+    given = effect.numbers
     numbers: Mapping[str, Parameter] = {}
     if found is not None:
         numbers = found.parameters
     elif law is not None and law.id == effect.id:  # modelled, and without a name
         numbers = {
-            name: Parameter(value, None, identified=True) for name, value in numbers_in(law).items()
+            name: Parameter(value, None, identified=True) for name, value in law.numbers.items()
         }
     said = own_effect_sentence(
         effect.id,

@@ -12,7 +12,6 @@ from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
-from agent.explain.own_effects.pairs import numbers_in
 from agent.explain.rows.refit import refit
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -94,7 +93,7 @@ def _slopes(twin: Twin, place: int, table: Table) -> Floats:
     """Return an effect's torque, and how it follows each of its numbers, shape (n, k)."""
     whole, effect = predicted(table, twin), twin.effects[place]
     others: list[tuple[Effect, ...]] = [()]
-    for name, value in numbers_in(effect).items():
+    for name, value in effect.numbers.items():
         if value and math.isfinite(value):
             moved = replace(effect, parameters={**effect.parameters, name: _NUDGE * value})
             others.append((moved,))

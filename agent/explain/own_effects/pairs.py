@@ -8,15 +8,6 @@ from agent.explain.answer.result import Finding
 from agent.physics.twin import Effect
 
 
-def numbers_in(effect: Effect) -> dict[str, float]:
-    """Return an effect's numbers by name, without what else its table has."""
-    return {
-        name: float(value)
-        for name, value in effect.parameters.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
-
-
 def finding_of(law: Effect, findings: Sequence[Finding], paired: Container[int]) -> Finding | None:
     """Return the finding that tells of a law; None for none.
 
@@ -28,7 +19,7 @@ def finding_of(law: Effect, findings: Sequence[Finding], paired: Container[int])
         Ranks of those that tell of other laws.
     """
     own = [f for f in findings if f.effect == law.id and f.rank not in paired]
-    numbers = numbers_in(law)
+    numbers = law.numbers
 
     def apart(finding: Finding) -> float:
         shared = finding.parameters.keys() & numbers.keys()

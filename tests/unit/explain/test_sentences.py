@@ -59,6 +59,21 @@ def test_wear_is_told_with_its_rate_and_its_sign() -> None:
     assert "time or use (Coulomb friction falls by 25 mN m an hour) explains 90 %" in said
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (0.032, "falls by 33 mN m an hour instead of 65 mN m"),
+        (0.070, "grows by 5.0 mN m an hour instead of falling by 65 mN m"),
+    ],
+)
+def test_wear_beside_a_simulation_that_wears_is_told_in_all(more: float, said: str) -> None:
+    """A run-in went on more slowly than the simulation had it, and "grew"."""
+    found = {"coulomb_nm_per_h": Parameter(more, None, identified=True)}
+    runs, beside = (Region("recording", 0.0, 6.0),), {"coulomb_nm_per_h": -0.065}
+    told = finding_sentence("friction-drift", runs, (-0.01, 0.01), 0.9, found, beside=beside)
+    assert f"Coulomb friction {said}" in told.lead
+
+
 def test_a_place_that_is_a_point_is_told_as_one() -> None:
     """It had been from 33 to 33."""
     warm = Region("gearbox_temperature_degc", 32.96, 33.04)
