@@ -17,7 +17,13 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.choosing.search import DELAY
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
-from agent.explain.driven_range import carries, hangs_free, may_be_warmth, otherwise_warm
+from agent.explain.driven_range import (
+    carries,
+    hangs_free,
+    may_be_warmth,
+    otherwise_warm,
+    own_law_unseen,
+)
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.off_alike import off_alike_said
@@ -78,8 +84,15 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
     used = clock_or_use(found.library, found.choice)
     springs = hangs_free(found), carries(found)
     arm = *springs, driven_or_heavier(found), shaken_said(found), _bent_by(found)
-    numbers = otherwise_warm(found), may_be_warmth(found), off_alike_said(found)
-    told = *numbers, used, *arm, _right_when_cold(found), warm_magnets_said(found)
+    warmth = otherwise_warm(found), own_law_unseen(found), may_be_warmth(found)
+    told = (
+        *warmth,
+        off_alike_said(found),
+        used,
+        *arm,
+        _right_when_cold(found),
+        warm_magnets_said(found),
+    )
     out += [said for said in told if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(

@@ -81,6 +81,23 @@ def otherwise_warm(found: Study) -> str:
     )
 
 
+def own_law_unseen(found: Study) -> str:
+    """Return that a wrong number may be a law of warmth of the simulation's own; or nothing.
+
+    Recordings at one temperature do not tell a law that is off there from a friction that is.
+    """
+    own = any(law.id == _WARMTH for law in found.twin.effects)
+    if not own or _WARMTH not in found.not_judged:
+        return ""
+    if not any(n.effect == "wrong-number" for n in found.numbers):
+        return ""
+    return (
+        "these recordings do not show what warmth does, and the simulation has a law of it: what "
+        "is told as a wrong number holds at their temperature, and may be that law, which is off "
+        "there; recordings at another temperature would tell"
+    )
+
+
 def may_be_warmth(found: Study) -> str:
     """Return that friction told as changing with time may follow the gear's warmth; or nothing."""
     drifts = any(term.scored.form.effect == "friction-drift" for term in found.choice.terms)

@@ -16,7 +16,7 @@ from agent.explain.study import Study, study
 from agent.explain.verdict import left_share, verdict_of
 from agent.explain.written_down import experiments
 from agent.identify.result import Floats
-from agent.physics.twin import Twin
+from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, nothing, record, stair
 from trajectories import SetPoints
 
@@ -208,3 +208,19 @@ def test_friction_of_a_gear_that_is_otherwise_warm_may_be_no_wrong_number(
     runs = [record(stair(SPEEDS), nothing, Conditions(warm_degc), seed) for seed in range(2)]
     reasons = explain(twin, runs).reasons
     assert any("gearbox temperatures of 45 °C where" in reason for reason in reasons) is said
+
+
+@pytest.mark.parametrize(("second_degc", "said"), [(30.0, True), (45.0, False)])
+def test_at_one_temperature_a_wrong_number_may_be_a_law_of_warmth(
+    second_degc: float, said: bool
+) -> None:
+    law = Effect(
+        "temperature-dependent-friction", {"coulomb_nm_per_k": -0.001, "reference_degc": 30.0}
+    )
+    twin = replace(TWIN, coulomb_nm=1.3 * TWIN.coulomb_nm, effects=(law,))
+    runs = [
+        record(stair(SPEEDS), nothing, Conditions(degc), seed)
+        for seed, degc in enumerate((30.0, second_degc))
+    ]
+    reasons = explain(twin, runs).reasons
+    assert any("may be that law, which is off there" in reason for reason in reasons) is said
