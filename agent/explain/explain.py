@@ -10,8 +10,8 @@ from agent.explain.asked import tabulated
 from agent.explain.location.moments import Moments, without
 from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
-from agent.explain.own_effects.doubted import doubted_of
+from agent.explain.own_effects.better import SETTLED, is_as_good, is_better, is_noise, is_settled
+from agent.explain.own_effects.doubted import doubted_of, says_twice
 from agent.explain.read_off import read_off
 from agent.explain.recorded import told_both_ways
 from agent.explain.rows.creep import without_creep
@@ -99,7 +99,8 @@ def _asked(
     best = answer, moments
     for doubted in doubted_of(twin, table, answer):
         bare, apart = asked_once(doubted.bare, runs, holdout, limits, Known(doubted=doubted))
-        told = told_against(doubted, answer, bare)
+        once = says_twice(answer, doubted) and is_as_good(bare, answer)
+        told = told_against(doubted, answer, bare, plainer=once)
         if told is not None and (best[0] is answer or is_better(told, best[0])):
             best = told, apart
             if is_settled(told):

@@ -44,6 +44,16 @@ def is_better(bare: Explanation, answer: Explanation, too_much: int = 0) -> bool
     return settles_more(bare, answer) or (more < 0 and ours - theirs <= little)
 
 
+def is_as_good(bare: Explanation, answer: Explanation) -> bool:
+    """Return whether an answer settles as much with no more laws, and leaves hardly more."""
+    ours, theirs = (each.extended.rmse_nm**2 for each in (bare, answer))
+    return (
+        SETTLED[bare.verdict] >= SETTLED[answer.verdict]
+        and _said_of(bare) <= _said_of(answer)
+        and ours <= (1.0 + _AS_WELL) * theirs
+    )
+
+
 def _mismatch_as_judged_nm2(answer: Explanation) -> float:
     """Return what small effects were lost in: beside wrong numbers, the simulation's as given."""
     wrong = any(f.form == OWN_NUMBER for f in answer.findings)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.numbers.model import predicted, with_numbers
@@ -80,6 +81,15 @@ def doubted_of(twin: Twin, table: Table, answer: Explanation) -> tuple[Doubted, 
     sets = dict.fromkeys((tuple(order[:1]), tuple(sorted(order)), every))
     refitted = refitted_of(twin, answer)
     return tuple(Doubted(twin, refitted, table, places) for places in sets if places)
+
+
+def says_twice(answer: Explanation, doubted: Doubted) -> bool:
+    """Return whether an answer has another law of the very kind that is doubted.
+
+    Friction under load that grew is one law with another number, and not two laws.
+    """
+    kinds = {doubted.twin.effects[place].id for place in doubted.places}
+    return any(f.effect in kinds and f.form != OWN_NUMBER for f in answer.findings)
 
 
 def refitted_of(twin: Twin, answer: Explanation) -> Twin:

@@ -1,15 +1,19 @@
-"""Of what a recorded simulation has by itself: not where the joint has one of its kind as well."""
+"""Of what a simulation has by itself: one of its kind in the joint may be the very same."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from agent.explain.asked import tabulated
+from agent.explain.own_effects.better import is_as_good
+from agent.explain.own_effects.doubted import Doubted, says_twice
 from agent.explain.own_effects.other_way import the_simulations_own
 from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 from agent.physics.twin import Effect
 from tests.science.textbook_joint import TWIN, Driven, nothing, recorded, stair
@@ -43,3 +47,22 @@ def test_a_ripple_of_the_joint_keeps_the_name_for_both(joint_ripples: bool) -> N
     _, table = tabulated(TWIN, [beside(run, driven, 6.0)], [])
     own = {"torque-ripple"} if not joint_ripples else set()
     assert the_simulations_own(TWIN, table, answer) == own
+
+
+@pytest.mark.parametrize(("left_nm", "as_good"), [(1.0, True), (1.2, False)])
+def test_another_law_of_the_kind_that_a_simulation_has_is_that_one_grown(
+    left_nm: float, as_good: bool
+) -> None:
+    """Friction under load that grew by half was a second one: beside one alone, a late velocity."""
+    has = replace(TWIN, effects=(ripple(3.0, SIZE_NM),))
+    kind = replace(explained().findings[0], effect="torque-ripple")
+    extended = replace(explained().extended, rmse_nm=1.0)
+    two = replace(has, effects=(ripple(3.0, SIZE_NM), ripple(3.0, 0.5 * SIZE_NM)))
+    answer = replace(explained(), twin=two, findings=(kind,), extended=extended)
+    doubted = Doubted(has, has, cast("Table", None), (0,))
+    assert says_twice(answer, doubted)
+    assert not says_twice(replace(answer, findings=()), doubted)
+    late = Effect("measurement-delay", {"torque_delay_s": 3e-4})
+    one = replace(has, effects=(ripple(3.0, 1.5 * SIZE_NM), late))
+    bare = replace(answer, twin=one, extended=replace(extended, rmse_nm=left_nm))
+    assert is_as_good(bare, answer) is as_good
