@@ -88,7 +88,7 @@ def with_rivals(
     without = library.errors(others)
     noise = noise_energy(library, [*others, best.candidate]) or _as_noise(library, residual)
     # To the chosen one, not to its rival: but for those that have no bearing on which it is.
-    tuned = {term.form.effect for term in others if term.form.nonlinear}
+    tuned = [term for term in others if term.form.nonlinear]
     first_of: dict[str, Scored] = {}
     for scored in ranked:
         if not scored.form.rivals_none:
@@ -109,11 +109,14 @@ def with_rivals(
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
         behind = behind_of(own.blocks, other.blocks, size)
-        other_tuned = tuned - _without_bearing({effect, best.form.effect})
-        plain = _is_plainly_behind(own.blocks, other.blocks, size)
-        if other_tuned or by_warmth or not plain or not _is_misshapen(own, other, noise):
-            # No law's form is so exact that missing a few percent of the gain refutes a rival.
-            behind = min(behind, per_share * missed)
+        if per_share * missed < behind:
+            no_bearing = _without_bearing({effect, best.form.effect})
+            bear = [term for term in tuned if term.form.effect not in no_bearing]
+            blocks = None if by_warmth else _retuned(library, others, bear, other)
+            surely = blocks is not None and _is_plainly_behind(own.blocks, blocks, size)
+            if blocks is None or not surely or not _is_misshapen(own.blocks, blocks, noise):
+                # No law's form is so exact that missing a few percent of the gain refutes a rival.
+                behind = per_share * missed
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)
@@ -159,13 +162,33 @@ def _as_noise(library: Library, residual: Floats) -> float:
     return float(residual @ residual) if is_noise else 0.0
 
 
-def _is_misshapen(best: Scored, rival: Scored, noise: float) -> bool:
+def _retuned(
+    library: Library, others: Sequence[Candidate], tuned: Sequence[Candidate], rival: Scored
+) -> Floats | None:
+    """Return what a rival leaves of unseen blocks, shape (b,), where others are tuned to it.
+
+    None where that would ask for the motion of an arm again and again.
+    """
+    if any(term.form.at_edges for term in tuned):
+        return None
+    if not tuned:
+        return rival.blocks
+    moved = list(others)
+    for index, term in enumerate(moved):
+        if term in tuned:
+            rest = [*moved[:index], *moved[index + 1 :], rival.candidate]
+            basis = basis_of(library.model(rest))
+            moved[index] = library.deeper(term, basis, library.residual(rest))
+    return np.minimum(library.errors([*moved, rival.candidate]), rival.blocks)
+
+
+def _is_misshapen(best: Floats, rival: Floats, noise: float) -> bool:
     """Return whether a rival leaves far more above the noise than the chosen law's form does.
 
     How inexact the laws' forms are in a joint shows in what the chosen one leaves. Where that is
     next to nothing, a rival that plainly leaves something has another curve than the joint.
     """
-    left, other = (float(s.blocks.sum()) - noise for s in (best, rival))
+    left, other = (float(blocks.sum()) - noise for blocks in (best, rival))
     return noise > 0.0 and other > _MISFIT * (max(left, 0.0) + _NOISE_KNOWN * noise)
 
 
