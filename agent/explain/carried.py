@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from agent.explain.answer import words
 from agent.explain.answer.amounts import torque
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.result import Explanation, Finding
@@ -81,6 +82,10 @@ class Carried:
         own = np.array([self.numbers[name].value for name in GRAVITY])
         heavy = float(np.linalg.norm(given))
         return bool(np.linalg.norm(own + given) < _WEIGHTLESS * heavy)
+
+    def are_a_few_without_it(self, twin: Twin, count: int) -> bool:
+        """Return whether these lack all weight, and more than half of the recordings have it."""
+        return 2 * len(self.places) < count and self.lacks_the_weight(twin)
 
     def torque_nm(self, run: Run) -> Floats:
         """Return the torque that it asks for where a recording goes, shape (n,)."""
@@ -231,6 +236,31 @@ def freed(
     return carried.taken_off_all(runs), unseen, names
 
 
+def without_the_weightless(answer: Explanation, carried: Carried) -> Explanation:
+    """Return the answer of all other recordings, which begins with those that lack all weight.
+
+    Parameters
+    ----------
+    answer : Explanation
+        Of the recordings that have the arm's weight.
+    carried : Carried
+    """
+    it = "It was" if len(carried.names) == 1 else "They were"
+    said = f"{_weightless_said(carried)} {it} left aside."
+    answer = replace(answer, unit_off=" ".join(s for s in (said, answer.unit_off) if s))
+    return replace(answer, sentence=words.summary_of(answer))
+
+
+def _weightless_said(carried: Carried) -> str:
+    """Return that recordings are of another axis, as it seems."""
+    one = len(carried.names) == 1
+    return (
+        f"The recording{'' if one else 's'} {_listed(carried.names)} "
+        f"show{'s' if one else ''} none of the weight that the arm has in the others: before "
+        "anything else make sure of what axis that is."
+    )
+
+
 def beside_carried(
     answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit, twin: Twin
 ) -> Explanation:
@@ -250,13 +280,7 @@ def beside_carried(
         As given.
     """
     if carried.lacks_the_weight(twin):
-        one = len(carried.names) == 1
-        said = (
-            f"The recording{'' if one else 's'} {_listed(carried.names)} "
-            f"show{'s' if one else ''} none of the weight that the arm has in the others: before "
-            "anything else make sure of what axis that is."
-        )
-        answer = replace(answer, unit_off=said)
+        answer = replace(answer, unit_off=_weightless_said(carried))
     everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
     reason = (
         f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "

@@ -19,7 +19,13 @@ from agent.explain.answer.result import (
 )
 from agent.explain.answer.ties import is_tied
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carried import Carried, beside_carried, carried_by_some, freed
+from agent.explain.carried import (
+    Carried,
+    beside_carried,
+    carried_by_some,
+    freed,
+    without_the_weightless,
+)
 from agent.explain.carrying import (
     Given,
     studied,
@@ -182,6 +188,10 @@ def _asked(
     carried = None if known.carried else carried_by_some(found)
     if carried is not None and not carried.is_sure(twin):
         return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
+    if carried is not None and carried.are_a_few_without_it(twin, len(runs)):
+        rest = [run for place, run in enumerate(runs) if place not in carried.places]
+        again, moments = asked_once(twin, rest, holdout, limits, known)
+        return without_the_weightless(again, carried), moments
     if carried is not None:
         carried = _all_of_it(carried, twin, runs, holdout, known)
         lighter, unseen, held_out = freed(carried, runs, holdout, found)

@@ -85,7 +85,8 @@ def summary_of(explanation: Explanation) -> str:
     explanation : Explanation
     """
     if explanation.verdict == "no-mismatch":
-        return f"{_agreement(explanation)}{_but_for_edges(explanation.edges)}"
+        agreed = f"{_agreement(explanation)}{_but_for_edges(explanation.edges)}"
+        return " ".join(part for part in (explanation.unit_off, agreed) if part)
     findings, floor_nm = explanation.findings, explanation.floor.value_nm
     parts = [explanation.unit_off]
     parts += [weighed(f, explanation.holdout, floor_nm).sentence for f in findings[:TOLD]]
