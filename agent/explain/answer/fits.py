@@ -14,6 +14,7 @@ UNSEEN = "recordings that it had not seen"
 """The source of a proof on recordings that were held out."""
 
 _STANDS_OUT = 0.3  # of the noise's square: less above it is hardly seen
+_NEXT_TO_NOTHING = 0.25  # of what stands out above the noise
 _FAR_ABOVE = 1.5  # times the noise floor: there is more to explain than noise
 
 
@@ -99,12 +100,16 @@ class Holdout:
     def unsure(self) -> bool:
         """Return whether unseen data may not be as what was found has them.
 
-        Their error stays far above noise, and may not fall at all; or they cannot be so.
+        Their error may not fall at all, and stays far above noise, or what was found takes next to
+        nothing of what recordings have above it; or they cannot be so.
         """
         if self.denied:
             return True
         interval = self.improvement_ci95_percent
-        return interval is not None and interval[0] <= 0.0 and self.floor_ratio > _FAR_ABOVE
+        if interval is None or interval[0] > 0.0:
+            return False
+        takes_little = self.source == UNSEEN and self.taken_share() < _NEXT_TO_NOTHING
+        return takes_little or self.floor_ratio > _FAR_ABOVE
 
     def taken_share(self, floors: float = 1.0) -> float:
         """Return which share of what the refitted twin leaves above noise is gone; NaN for none.

@@ -48,7 +48,7 @@ def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
 
 
 def _unsure(holdout: Holdout) -> str:
-    """Return by how much the error falls, where it is far above noise and may not fall at all."""
+    """Return by how much the error falls, where it may not fall at all."""
     interval = holdout.improvement_ci95_percent
     if interval is None or not holdout.unsure:
         return ""

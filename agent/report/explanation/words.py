@@ -90,7 +90,7 @@ _NOWHERE = VerdictWords(
 _NOT_PROVEN = VerdictWords(
     "Named, but not proven",
     "What is listed fits the recordings that it was learnt from. On data that it was not made from "
-    "the error stays far above noise and does not surely fall: take the names as suspicions, and "
+    "the error stays above noise and does not surely fall: take the names as suspicions, and "
     "record more before the simulation is corrected by them.",
     "open",
     "half",

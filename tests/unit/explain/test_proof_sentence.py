@@ -71,6 +71,19 @@ def test_names_that_unseen_recordings_do_not_bear_out_are_said_to_be_unproven() 
     assert "proven" not in proof_sentence(replace(fell, improvement_ci95_percent=(3.0, 46.2)), 0.36)
 
 
+@pytest.mark.parametrize(
+    ("low_percent", "after_nm", "unsure"),
+    [(-0.6, 0.00991, True), (0.3, 0.00991, False), (-0.6, 0.0089, False)],
+)
+def test_what_takes_next_to_nothing_of_unseen_recordings_is_a_suspicion(
+    low_percent: float, after_nm: float, unsure: bool
+) -> None:
+    """Friction along the position, 59 % of a gap's mismatch, took 8 % of a fourth recording's."""
+    interval, ratio = (low_percent, 1.6), after_nm / 0.00862
+    proven = replace(_holdout(0.01, after_nm), floor_ratio=ratio, source=UNSEEN)
+    assert replace(proven, improvement_ci95_percent=interval).unsure is unsure
+
+
 def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> None:
     """All that was fitted has a name: not "less than 1 % has no name, and follows nothing"."""
     finding = Finding(
