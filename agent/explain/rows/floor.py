@@ -22,6 +22,8 @@ _FEWEST_WINDOWS, _FEWEST_SHORT = 8, 12
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3  # numbers that a parabola takes
 _LOUD = 1.5  # times a joint's own noise: the band lets less of the motion's noise into a simulation
+_AS_FAST = 15  # windows, about as fast as one
+_UNUSUAL, _A_FEW = 10.0, 0.3  # times what is usual; of the windows: of more it would be usual
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
 
 
@@ -95,14 +97,33 @@ def _windows_in(
 
 
 def _neighbours(table: Table, residual_nm: Floats) -> float:
-    """Return the scatter about a parabola within short windows, N m."""
-    variances = []
+    """Return the scatter about a parabola within short windows, N m.
+
+    What happens in a few of them, where motion about as fast is quiet, is no noise.
+    """
+    variances, speeds = list[float](), list[float]()
     for window, independent in steady_windows(table):
         if round(independent, 6) >= _FEWEST_INDEPENDENT:
             variances.append(variance_about_trend(residual_nm[window], independent))
+            speeds.append(abs(float(np.mean(table.rows["velocity_rad_s"][window]))))
     if len(variances) < _FEWEST_WINDOWS:
         return math.nan
-    return math.sqrt(float(np.mean(variances)))
+    return math.sqrt(float(np.mean(_as_it_is_usual(np.array(variances), np.array(speeds)))))
+
+
+def _as_it_is_usual(variances: Floats, speeds: Floats) -> Floats:
+    """Return variances, shape (n,), of which none is far above those of windows about as fast.
+
+    Noise of one drive is alike in all windows of a speed. A torque that jumps every few seconds is
+    in some of them, with many times the noise's energy.
+    """
+    order = np.argsort(speeds, kind="stable")
+    count = min(_AS_FAST, order.shape[0])
+    beside = np.clip(np.arange(order.shape[0]) - count // 2, 0, order.shape[0] - count)
+    usual = np.empty_like(variances)
+    usual[order] = [np.median(variances[order[at : at + count]]) for at in beside]
+    unusual = variances > _UNUSUAL * usual
+    return np.where(unusual & (np.mean(unusual) < _A_FEW), usual, variances)
 
 
 def variance_about_trend(values: Floats, independent: float) -> float:

@@ -67,3 +67,25 @@ def test_a_short_recordings_noise_is_no_memory_by_chance(memory_s: float, noise:
         torque = np.asarray(lfilter([1.0], [1.0, -keep], white))
         told.append(is_noise_in_kind(table, rows, table.band(torque)[rows]))
     assert told == [noise] * 20
+
+
+@pytest.mark.parametrize(("every_s", "is_noise"), [(4.0, False), (0.7, True)])
+def test_what_jumps_every_few_seconds_is_no_noise(every_s: float, is_noise: bool) -> None:
+    """Glitches of 12 times the noise for 40 ms were three times the floor, and "agreed".
+
+    What comes in every other window is as usual as noise is.
+    """
+    scene = library_of([record(stair((6.0, 20.0, 50.0), 200.0), nothing, Conditions(), 0)]).scene
+    quiet = noise_floor(scene.table, scene.residual_nm).value_nm
+    jumps = np.where(scene.table.rows["time_s"] % every_s < 0.04, 12.0 * quiet, 0.0)
+    found = noise_floor(scene.table, scene.residual_nm + jumps).value_nm
+    assert (found > 2.0 * quiet) is is_noise
+    assert is_noise or found == pytest.approx(quiet, rel=0.15)
+
+
+def test_noise_that_grows_with_speed_is_noise() -> None:
+    scene = library_of([record(stair((6.0, 20.0, 50.0), 200.0), nothing, Conditions(), 0)]).scene
+    louder = scene.residual_nm * np.abs(scene.table.rows["velocity_rad_s"]) ** 1.5
+    used = scene.table.used
+    found = noise_floor(scene.table, louder).value_nm
+    assert found == pytest.approx(float(np.sqrt(np.mean(louder[used] ** 2))), rel=0.25)
