@@ -178,20 +178,28 @@ def _more_than_the_floor(found: Study, *, beside: bool) -> str:
     return ""
 
 
-def creeps_held_out(unseen: Table, learnt: Table) -> str:
-    """Return up to which speed what was held out creeps, where the recordings to learn from do not.
+def left_out_of_the_proof(unseen: Table, learnt: Table) -> tuple[str, ...]:
+    """Return which samples of what was held out were not compared, for reasons of their own.
 
     Parameters
     ----------
     unseen, learnt : Table
         As they were compared.
     """
-    if not unseen.creep_rad_s > learnt.creep_rad_s:
-        return ""
-    return (
-        f"in what was held out friction is not fully there below {unseen.creep_rad_s:.2g} rad/s, "
-        "as where a joint creeps on between two moves; those samples were left out of the proof"
-    )
+    out = []
+    if unseen.creep_rad_s > learnt.creep_rad_s:
+        out.append(
+            "in what was held out friction is not fully there below "
+            f"{unseen.creep_rad_s:.2g} rad/s, as where a joint creeps on between two moves; those "
+            "samples were left out of the proof"
+        )
+    if unseen.arm_forgets is not None and learnt.arm_forgets is None:
+        out.append(
+            "as what was held out begins nobody knows how the arm hangs on its gear: "
+            f"{unseen.arm_forgets.seconds:.2g} s from the first motion on were left out of the "
+            "proof"
+        )
+    return tuple(out)
 
 
 def _bent_by(found: Study) -> str:

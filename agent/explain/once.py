@@ -32,7 +32,7 @@ from agent.explain.carrying import (
     without_their_images,
     without_unknown_beginnings,
 )
-from agent.explain.caveats import creeps_held_out
+from agent.explain.caveats import left_out_of_the_proof
 from agent.explain.choosing.search import DELAY
 from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments
@@ -376,8 +376,8 @@ def _proof(
     refitted = given.refitted or proof.refitted_twin(table, found.twin)
     as_given = replace(found, twin=given.twin)
     traces = traces_of(as_given, refitted, table, held_out=False)
-    apart, creeps = "", ""
-    missed: tuple[str, ...] = ()
+    apart = ""
+    beside: tuple[str, ...] = ()
     if holdout:
         left = left_by(found.extended, table)
         like = replace(table, torque_late_s=found.torque_late_s)
@@ -389,12 +389,12 @@ def _proof(
         learnt = left[found.library.weighing.rows][found.apart_from_edges]
         learnt_nm = float(np.sqrt(np.nanmean(learnt**2)))
         apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
-        creeps = creeps_held_out(unseen, table)
+        beside = left_out_of_the_proof(unseen, table)
     else:
         library = found.library if named else replace(found.library, candidates=())
         told = found.choice.candidates if named else ()
-        compared, source, missed = proof.compare_folds(library, told)
+        compared, source, beside = proof.compare_folds(library, told)
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
     proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
-    return proven, traces, tuple(said for said in (apart, creeps, *missed) if said)
+    return proven, traces, tuple(said for said in (apart, *beside) if said)

@@ -15,8 +15,10 @@ from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import shifted
 from agent.explain.numbers.model import left_by, with_numbers
+from agent.explain.rows.beginnings import begun, without_beginnings
 from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
+from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.left_out import left_out_as_in
 from agent.explain.rows.refit import refit
 from agent.explain.rows.run import Run
@@ -31,6 +33,7 @@ _AS_IT_IS = (
     "what was found in all of them was fitted to the rest instead, and a recording that is held "
     "out would prove more"
 )
+_BEGUN = 4.0  # times the mean square after it: so much an unknown beginning leaves
 _DRAWS = 400
 _LAGS = 20
 _WHITE = 3.0
@@ -86,6 +89,7 @@ def compare_runs(
     creeps = max(creep_rad_s, creep_beside(table, left[-1]))
     if creeps > table.creep_rad_s:
         table = without_edges(table, creeps, like.torque_late_s)
+    table = without_unknown_beginnings(table, extended, left[-1])
     rows = np.flatnonzero(table.sliding)
     good = rows[np.all([np.isfinite(x[rows]) for x in left], axis=0)]
     if good.size < _FEWEST:
@@ -104,6 +108,30 @@ def compare_runs(
         ),
         table,
     )
+
+
+def without_unknown_beginnings(table: Table, extended: Twin, left_nm: Floats) -> Table:
+    """Return a table of held-out runs without what their arm's unknown beginnings reach.
+
+    As it is where these are no worse than all else.
+
+    Parameters
+    ----------
+    table : Table
+    extended : Twin
+    left_nm : ndarray, shape (n,)
+        What that leaves at its rows.
+    """
+    arm = forgetting(extended)
+    if arm is None or table.arm_forgets is not None:
+        return table
+    asked = table.sliding & np.isfinite(left_nm)
+    late = asked & ~begun(table, arm)
+    early = asked & ~late
+    if not early.any() or np.count_nonzero(late) < np.count_nonzero(early):
+        return table
+    worse = float(np.mean(left_nm[early] ** 2)) > _BEGUN * float(np.mean(left_nm[late] ** 2))
+    return without_beginnings(table, arm) if worse else table
 
 
 def compare_folds(
