@@ -89,7 +89,7 @@ def compare_runs(
     creeps = max(creep_rad_s, creep_beside(table, left[-1]))
     if creeps > table.creep_rad_s:
         table = without_edges(table, creeps, like.torque_late_s)
-    table = without_unknown_beginnings(table, extended, left[-1])
+    table = apart_from_unknown_beginnings(table, extended, left[-1])
     rows = np.flatnonzero(table.sliding)
     good = rows[np.all([np.isfinite(x[rows]) for x in left], axis=0)]
     if good.size < _FEWEST:
@@ -110,7 +110,7 @@ def compare_runs(
     )
 
 
-def without_unknown_beginnings(table: Table, extended: Twin, left_nm: Floats) -> Table:
+def apart_from_unknown_beginnings(table: Table, extended: Twin, left_nm: Floats) -> Table:
     """Return a table of held-out runs without what their arm's unknown beginnings reach.
 
     As it is where these are no worse than all else.

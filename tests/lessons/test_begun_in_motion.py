@@ -9,7 +9,7 @@ import pytest
 
 from agent.explain.caveats import left_out_of_the_proof
 from agent.explain.explain import explain
-from agent.explain.proof import without_unknown_beginnings
+from agent.explain.proof import apart_from_unknown_beginnings
 from agent.explain.rows.beginnings import begun
 from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.run import Run
@@ -57,7 +57,7 @@ def test_how_a_held_out_recording_begins_denies_no_soft_gear(times: float) -> No
     arm, table = forgetting(soft), tabulate(TWIN, [recorded(3, 0.0)], 30.0)
     assert arm is not None
     left_nm = np.where(begun(table, arm), times, 1.0) * 0.01
-    proven = without_unknown_beginnings(table, soft, left_nm)
+    proven = apart_from_unknown_beginnings(table, soft, left_nm)
     assert (proven.arm_forgets is not None) is (times > 2.0)
     assert bool(proven.used.sum() < table.used.sum()) is (times > 2.0)
     assert bool(left_out_of_the_proof(proven, table)) is (times > 2.0)
