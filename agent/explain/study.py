@@ -18,7 +18,7 @@ from agent.explain.forms.form import Form
 from agent.explain.forms.library import judgeable
 from agent.explain.left import Left
 from agent.explain.location.deficiency import deficiency_map
-from agent.explain.named import beside_wrong_numbers, named
+from agent.explain.named import Named, beside_wrong_numbers, named
 from agent.explain.numbers.alike import off_alike
 from agent.explain.numbers.balanced import spring_does_without
 from agent.explain.numbers.borne_out import below_zero, borne_out
@@ -47,6 +47,8 @@ from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
+
+_LESS = 0.95  # of the mean square: what two answers share is noise
 
 
 @dataclass(frozen=True)
@@ -159,6 +161,13 @@ def study(
             taken_for = frozenset({PAYLOAD.effect})
         library, not_judged, refitted, _ = _library(twin, table, among, ask=False)
         found = named(library, twin)
+    elif in_question(library) and len(found.choice.terms) > 1:
+        # Beside others a cable may have copied a weight and a part of one of them, greedily.
+        carried = _library(twin, table, among, ask=False)
+        again = named(carried[0], twin)
+        if _does_better(again, found):
+            library, not_judged, refitted, _ = carried
+            found = again
     cells = deficiency_map(library, lines=lines)
     found = beside_wrong_numbers(found, twin, taken_for)
     library, choice, extended = found.library, found.choice, found.extended
@@ -202,6 +211,13 @@ def study(
         refitted_nm=refitted,
         not_judged=not_judged,
     )
+
+
+def _does_better(carried: Named, asked: Named) -> bool:
+    """Return whether a weight among the numbers does with no more laws, and surely leaves less."""
+    few = len(carried.choice.terms) + 1 <= len(asked.choice.terms)
+    ours, theirs = (float(np.mean(each.model.residual_nm**2)) for each in (carried, asked))
+    return few and ours < _LESS * theirs
 
 
 def _weighs_by_the_factor(twin: Twin, choice: Choice, model: Model, factor: float) -> bool:

@@ -132,12 +132,14 @@ def with_rivals(
 def _held_by(library: Library) -> frozenset[str]:
     """Return the effects that a load is made of: friction under it holds their torque itself.
 
+    An arm's weight, always, and what was found that the arm is held against.
+
     Friction is F + c |l| along the motion. Of a load that swings less than F it may be F and c l:
     a copy of what the load is made of, which it cannot stand for.
     """
     held = library.scene.held
     known = held.known if isinstance(held, Together) else ()
-    return frozenset(each.candidate.form.effect for each in known)
+    return frozenset((WEIGHT, *(each.candidate.form.effect for each in known)))
 
 
 def _without_bearing(effects: set[str]) -> frozenset[str]:
