@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.answer import words
-from agent.explain.answer.amounts import torque
+from agent.explain.answer.amounts import listed, torque
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.result import Explanation, Finding
 from agent.explain.choosing.shares import shares_of
@@ -29,7 +28,6 @@ from agent.physics.twin import Twin
 
 _EFFECT = "gravity-imbalance"
 _INERTIA = "inertia_kg_m2"
-_SHOWN = 20  # recordings by name
 _WEIGHTLESS = 0.1  # of a weight: what lacks all of it but so much has none
 _SURELY = 2.0  # half intervals: which recordings they are was chosen among many sets
 
@@ -157,7 +155,7 @@ class Carried:
             more = significant(abs(known[_INERTIA]) * scale.factor, 2)
             differs += f", the inertia by {more} {scale.unit}"
         plural = len(self.names) > 1
-        who = f"The recording{'s' * plural} {_listed(self.names)} carr{'y' if plural else 'ies'}"
+        who = f"The recording{'s' * plural} {listed(self.names)} carr{'y' if plural else 'ies'}"
         told = f"{who} something that the others do not: {differs}."
         return taken_off(
             _EFFECT,
@@ -186,13 +184,6 @@ def _moved(number: Parameter, by: Parameter, sign: float) -> Parameter:
 
 def _left(table: Table) -> float:
     return float(np.mean(table.target_nm[table.sliding] ** 2)) if table.sliding.any() else math.nan
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = list(names[:_SHOWN])
-    if len(names) > _SHOWN:
-        shown.append(f"{len(names) - _SHOWN} more")
-    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
 def carried_by_some(found: Study) -> Carried | None:
@@ -236,26 +227,11 @@ def freed(
     return carried.taken_off_all(runs), unseen, names
 
 
-def without_the_weightless(answer: Explanation, carried: Carried) -> Explanation:
-    """Return the answer of all other recordings, which begins with those that lack all weight.
-
-    Parameters
-    ----------
-    answer : Explanation
-        Of the recordings that have the arm's weight.
-    carried : Carried
-    """
-    it = "It was" if len(carried.names) == 1 else "They were"
-    said = f"{_weightless_said(carried)} {it} left aside."
-    answer = replace(answer, unit_off=" ".join(s for s in (said, answer.unit_off) if s))
-    return replace(answer, sentence=words.summary_of(answer))
-
-
-def _weightless_said(carried: Carried) -> str:
+def weightless_said(carried: Carried) -> str:
     """Return that recordings are of another axis, as it seems."""
     one = len(carried.names) == 1
     return (
-        f"The recording{'' if one else 's'} {_listed(carried.names)} "
+        f"The recording{'' if one else 's'} {listed(carried.names)} "
         f"show{'s' if one else ''} none of the weight that the arm has in the others: before "
         "anything else make sure of what axis that is."
     )
@@ -280,10 +256,10 @@ def beside_carried(
         As given.
     """
     if carried.lacks_the_weight(twin):
-        answer = replace(answer, unit_off=_weightless_said(carried))
+        answer = replace(answer, unit_off=weightless_said(carried))
     everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
     reason = (
-        f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "
+        f"what {listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "
         "their torque before everything else was judged, and twin.toml does not hold it: with "
         "payload_kg in the recordings' metadata it is learnt, and predicted"
     )

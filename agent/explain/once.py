@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain import proof
+from agent.explain.another_axis import Aside, of_another_axis, without_them
 from agent.explain.another_gear import behind_another_gear
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.result import (
@@ -24,7 +25,7 @@ from agent.explain.carried import (
     beside_carried,
     carried_by_some,
     freed,
-    without_the_weightless,
+    weightless_said,
 )
 from agent.explain.carrying import (
     Given,
@@ -172,6 +173,12 @@ def _asked(
         looked = _in_step_where_much_is_left(looked, twin, runs, holdout)
     except _NotAskableError as error:
         return nothing_decided(str(error), *names), None
+    aside = _of_another_axis(looked, twin)
+    if aside is not None:
+        places = [place for place in range(len(runs)) if place not in aside.places]
+        rest = [runs[place] for place in places]
+        again, moments = asked_once(twin, rest, holdout, limits, known)
+        return without_them(again, aside), moments and moments.among(places)
     better = _better_known(looked)
     if better is not None:
         return asked_once(twin, runs, holdout, limits, better)
@@ -188,10 +195,6 @@ def _asked(
     carried = None if known.carried else carried_by_some(found)
     if carried is not None and not carried.is_sure(twin):
         return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
-    if carried is not None and carried.are_a_few_without_it(twin, len(runs)):
-        rest = [run for place, run in enumerate(runs) if place not in carried.places]
-        again, moments = asked_once(twin, rest, holdout, limits, known)
-        return without_the_weightless(again, carried), moments
     if carried is not None:
         carried = _all_of_it(carried, twin, runs, holdout, known)
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
@@ -222,6 +225,16 @@ def _looked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], known: Know
     told = replace(table, one_zero=known.one_zero, one_load=known.one_load)
     told = replace(told, in_step_for_a_delay=known.aligned is None)
     return Looked(known, asked, table, *studied(twin, told))
+
+
+def _of_another_axis(looked: Looked, twin: Twin) -> Aside | None:
+    """Return the few recordings that are as if of another axis; None where none is."""
+    found = looked.found
+    aside = of_another_axis(looked.table, found.floor.value_nm)
+    carried = None if looked.known.carried or aside is not None else carried_by_some(found)
+    if carried is None or not carried.are_a_few_without_it(twin, len(looked.table.runs)):
+        return aside
+    return Aside(carried.places, weightless_said(carried))
 
 
 def _in_step_where_much_is_left(

@@ -169,20 +169,3 @@ def test_a_recording_without_the_weight_that_the_others_show_may_be_another_axis
     known = {name: Parameter(value, None) for name, value in numbers.items()}
     carried = Carried((2,), ("run-2",), known, 1.0, 0.9, 0.1, 0.3, "a form")
     assert carried.lacks_the_weight(KNOWN) is lacks
-
-
-def test_a_recording_of_another_axis_is_left_aside_and_the_others_are_asked() -> None:
-    """Four sentences of the same joint's faults stood below it, none of which it had."""
-    answer = explain(KNOWN, [*recorded((0, 0, 0), 0.0), _of_an_upright_axis()])
-    assert answer.verdict == "no-mismatch"
-    assert answer.sentence.startswith("The recording upright shows none of the weight")
-    assert "It was left aside. Simulation and recordings agree" in answer.sentence
-    assert answer.recordings == ("run-0", "run-1", "run-2")
-
-
-def _of_an_upright_axis() -> Run:
-    def missing(points: SetPoints, at: Conditions) -> Floats:
-        del at
-        return np.asarray(-0.1 * np.sign(points.velocity_rad_s))
-
-    return record(CYCLE, missing, Conditions(started_s=900.0), 9, name="upright")

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from agent.numbers import fixed, scale_for, significant
+
+_SHOWN = 20  # of names in a row
 
 
 def percent(share: float) -> str:
@@ -35,3 +39,11 @@ def short(value: float) -> str:
 def factor(value: float) -> str:
     """Return a factor: with three decimals near 1, else with three digits."""
     return f"{value:.3f}" if 0.1 < abs(value) < 10.0 else significant(value, 3)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names in a row, "a, b and c"; the first twenty, and how many more."""
+    shown = list(names[:_SHOWN])
+    if len(names) > _SHOWN:
+        shown.append(f"{len(names) - _SHOWN} more")
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"

@@ -37,6 +37,10 @@ class Moments:
     at: tuple[tuple[int, str, float], ...]
     share: float
 
+    def among(self, places: Sequence[int]) -> Moments:
+        """Return the same where the recordings are these of a longer list."""
+        return replace(self, at=tuple((places[run], name, t) for run, name, t in self.at))
+
     def said(self, *, apart: bool) -> str:
         """Return what is said of them, which were left out (`apart`) or not."""
         where = ", ".join(f"at {significant(t, 3)} s of {name}" for _, name, t in self.at)
