@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from agent.explain.answer.amounts import torque
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import NAMES, OWN_NUMBER
@@ -25,6 +27,7 @@ from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS, SHOWN
 from agent.identify.result import Parameter
 
+_USUALLY = 0.9  # of what the refitted twin leaves
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _MOST, _HALF = 0.6, 0.5  # of a mismatch: what laws claim to explain, and take away elsewhere
 _WORSE = 1.1  # times the error of the simulation as given: more, and a law has harmed
@@ -43,16 +46,34 @@ def unnamed(found: Study) -> Study:
     every = zip(found.choice.terms, found.model.parameters, strict=True)
     terms = tuple(term for term, numbers in every if _is_told(term.scored.form, numbers))
     model = fit_model(library, found.twin, terms)
+    numbers = borne_out(found.numbers, library, model, found.floor.value_nm, found.cells)
+    extended = extended_twin(library, found.twin, model)
+    if not terms and not numbers and _spreads(found):
+        given_nm = found.table.target_nm[library.weighing.rows]
+        model, extended = replace(model, residual_nm=given_nm), found.twin
     return replace(
         found,
         choice=replace(
             found.choice, terms=terms, full=library.errors([t.candidate for t in terms])
         ),
         model=model,
-        numbers=borne_out(found.numbers, library, model, found.floor.value_nm, found.cells),
-        extended=extended_twin(library, found.twin, model),
+        numbers=numbers,
+        extended=extended,
         left_cells=found.cells,
     )
+
+
+def _spreads(found: Study) -> bool:
+    """Return whether refitted numbers spread what the twin as given leaves in a few places.
+
+    A brake that drags once bends them, so that the simulation is off everywhere; usually it was
+    right, as the median tells.
+    """
+    rows = found.library.weighing.rows
+    given, refitted = (
+        float(np.median(np.abs(left[rows]))) for left in (found.table.target_nm, found.refitted_nm)
+    )
+    return given < _USUALLY * refitted
 
 
 def _is_told(form: Form, numbers: Mapping[str, Parameter]) -> bool:
