@@ -14,7 +14,7 @@ import numpy as np
 
 from agent.explain.answer.amounts import listed, torque
 from agent.explain.answer.fits import Fit
-from agent.explain.answer.result import Explanation, Finding
+from agent.explain.answer.result import NAMELESS, Explanation, Finding
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
 from agent.explain.rows.run import Run
@@ -29,6 +29,7 @@ from agent.physics.twin import Twin
 _EFFECT = "gravity-imbalance"
 _INERTIA = "inertia_kg_m2"
 _WEIGHTLESS = 0.1  # of a weight: what lacks all of it but so much has none
+_HALF = 0.5  # of what the refitted twin leaves above the noise
 _SURELY = 2.0  # half intervals: which recordings they are was chosen among many sets
 
 
@@ -73,6 +74,16 @@ class Carried:
         asked = (p for name, p in self.numbers.items() if name in GRAVITY or not weighs)
         known = (p for p in asked if p.ci95 is not None)
         return any(abs(p.value) > _SURELY * _half(p) for p in known)
+
+    def is_most_of_it(self, answer: Explanation) -> bool:
+        """Return whether it is half of the mismatch, where the rest of it has no name.
+
+        A reading that wanders has some slope along the arm's angle in any recording.
+        """
+        if answer.verdict not in NAMELESS:
+            return True
+        floor_nm2 = max(answer.floor.value_nm, 0.0) ** 2
+        return answer.refitted.rmse_nm**2 - floor_nm2 < _HALF * (self.without_nm**2 - floor_nm2)
 
     def lacks_the_weight(self, twin: Twin) -> bool:
         """Return whether it is all of the weight of a twin's arm that these recordings lack."""

@@ -8,7 +8,8 @@ from dataclasses import replace
 from agent.explain.answer.result import Explanation
 from agent.explain.asked import tabulated
 from agent.explain.location.moments import Moments, without
-from agent.explain.once import Known, asked_once
+from agent.explain.looked import Known
+from agent.explain.once import asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_as_good, is_better, is_noise, is_settled
 from agent.explain.own_effects.doubted import doubted_of, says_twice

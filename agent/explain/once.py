@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from agent.explain import proof
-from agent.explain.another_axis import Aside, of_another_axis, without_them
+from agent.explain.another_axis import without_them
 from agent.explain.another_gear import behind_another_gear
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.result import (
@@ -25,7 +25,6 @@ from agent.explain.carried import (
     beside_carried,
     carried_by_some,
     freed,
-    weightless_said,
 )
 from agent.explain.carrying import (
     Given,
@@ -34,27 +33,32 @@ from agent.explain.carrying import (
     without_unknown_beginnings,
 )
 from agent.explain.caveats import left_out_of_the_proof
-from agent.explain.choosing.search import DELAY
 from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments
-from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_in, hides_much
+from agent.explain.looked import (
+    NOTHING,
+    Known,
+    Looked,
+    NotAskableError,
+    apart_from_all_others,
+    better_known,
+    in_step_where_much_is_left,
+    looked_at,
+)
+from agent.explain.numbers.late_velocity import ToldAgainstItError
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
-from agent.explain.own_effects.doubted import Doubted
 from agent.explain.plausible import another_joint, contradiction, loses_the_weight
 from agent.explain.rows.creep import creep_beside, without_creep
-from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import Table, TooShortError
+from agent.explain.rows.table import TooShortError
 from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
-from agent.explain.undecidable import undecidable
 from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back
 from agent.explain.written_down import experiments, nothing_decided, written_down
 from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
-from agent.identify.result import Parameter
 from agent.physics.twin import DrivingFrictionError, Twin, TwinError
 from trajectories import AxisLimits
 
@@ -65,77 +69,12 @@ _DRIVES = (
 )
 
 
-@dataclass(frozen=True)
-class Known:
-    """What was found before, and is not asked again.
-
-    Parameters
-    ----------
-    late_s : float
-        By what half a sample the torque is late.
-    creep_rad_s : float or None
-        The creep that was seen: a small mismatch beside a late torque may hide it.
-    band_hz : float or None
-        The band of the recordings as they are: a simulation's torque has no noise to choose one by.
-    carried : bool
-        Whether what some recordings carry is taken off already.
-    one_load : bool
-        Whether all recordings carry the same, or what differs does not surely weigh anything.
-    one_zero : bool
-        Whether all recordings have one zero, or none shows.
-    zeros_off : bool
-        Whether their own zeros are taken off already; a hold-out's is read when all else is known.
-    doubted : Doubted or None
-        The twin as given, where what is asked about lacks some of its effects.
-    aligned : bool or None
-        Whether the velocity is to be brought in step with the position; None where it may show.
-    for_a_delay : bool
-        Whether it is because a first choice had a delay of the torque, which may not last.
-    """
-
-    late_s: float = 0.0
-    creep_rad_s: float | None = None
-    band_hz: float | None = None
-    carried: bool = False
-    one_load: bool = False
-    one_zero: bool = False
-    zeros_off: bool = False
-    doubted: Doubted | None = None
-    aligned: bool | None = None
-    for_a_delay: bool = False
-
-
-@dataclass(frozen=True)
-class Looked:
-    """What is found in recordings beside what is known of them.
-
-    Parameters
-    ----------
-    known : Known
-    asked : Asked
-    table : Table
-        Of the recordings, without what creeps.
-    found : Study
-    given : Given
-    """
-
-    known: Known
-    asked: Asked
-    table: Table
-    found: Study
-    given: Given
-
-
-class _NotAskableError(Exception):
-    """Why recordings cannot be asked about."""
-
-
 def asked_once(
     twin: Twin,
     runs: Sequence[Run],
     holdout: Sequence[Run],
     limits: AxisLimits | None = None,
-    known: Known = Known(),
+    known: Known = NOTHING,
 ) -> tuple[Explanation, Moments | None]:
     """Return an explanation, and the moments of the recordings that hold most of what is left.
 
@@ -169,19 +108,30 @@ def _asked(
     if refusal:
         return nothing_decided(f"not decidable: {refusal}", *names), None
     try:
-        looked = _looked(twin, runs, holdout, known)
-        looked = _in_step_where_much_is_left(looked, twin, runs, holdout)
-    except _NotAskableError as error:
+        looked = looked_at(twin, runs, holdout, known)
+        looked = in_step_where_much_is_left(looked, twin, runs, holdout)
+    except NotAskableError as error:
         return nothing_decided(str(error), *names), None
-    aside = _of_another_axis(looked, twin)
+    aside = apart_from_all_others(looked, twin)
     if aside is not None:
         places = [place for place in range(len(runs)) if place not in aside.places]
         rest = [runs[place] for place in places]
         again, moments = asked_once(twin, rest, holdout, limits, known)
         return without_them(again, aside), moments and moments.among(places)
-    better = _better_known(looked)
+    better = better_known(looked)
     if better is not None:
         return asked_once(twin, runs, holdout, limits, better)
+    return _told_of(looked, twin, runs, holdout, limits)
+
+
+def _told_of(
+    looked: Looked,
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    limits: AxisLimits | None,
+) -> tuple[Explanation, Moments | None]:
+    """Return what is told of what was found, once zeros and loads of some recordings are off."""
     known, asked, found, given = looked.known, looked.asked, looked.found, looked.given
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
@@ -193,67 +143,22 @@ def _asked(
         again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
         return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if known.carried else carried_by_some(found)
-    if carried is not None and not carried.is_sure(twin):
-        return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
-    if carried is not None:
+    if carried is not None and carried.is_sure(twin):
         carried = _all_of_it(carried, twin, runs, holdout, known)
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
-        known = replace(known, carried=True)
-        again, moments = asked_once(twin, lighter, unseen, limits, known)
-        return beside_carried(again, carried, held_out, as_given, twin), moments
+        again, moments = asked_once(twin, lighter, unseen, limits, replace(known, carried=True))
+        if carried.is_most_of_it(again):
+            return beside_carried(again, carried, held_out, as_given, twin), moments
+    if carried is not None:
+        return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)
     if known.zeros_off:
         asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
     if known.doubted is not None:
         given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
+    names = (tuple(run.name for run in each) for each in (runs, holdout))
     return _explained(found, given, asked, limits, *names)
-
-
-def _looked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], known: Known) -> Looked:
-    """Return what is found; raise why recordings cannot be asked about."""
-    try:
-        asked, table = tabulated(
-            twin, runs, holdout, known.late_s, known.band_hz, align_velocity=known.aligned
-        )
-        table = without_creep(table, known.creep_rad_s)
-    except ValueError as error:
-        raise _NotAskableError(f"not decidable: {error}") from error
-    refusal = undecidable(table, twin)
-    if refusal:
-        raise _NotAskableError(refusal)
-    told = replace(table, one_zero=known.one_zero, one_load=known.one_load)
-    told = replace(told, in_step_for_a_delay=known.aligned is None)
-    return Looked(known, asked, table, *studied(twin, told))
-
-
-def _of_another_axis(looked: Looked, twin: Twin) -> Aside | None:
-    """Return the few recordings that are as if of another axis; None where none is."""
-    found = looked.found
-    aside = of_another_axis(looked.table, found.floor.value_nm)
-    carried = None if looked.known.carried or aside is not None else carried_by_some(found)
-    if carried is None or not carried.are_a_few_without_it(twin, len(looked.table.runs)):
-        return aside
-    return Aside(carried.places, weightless_said(carried))
-
-
-def _in_step_where_much_is_left(
-    looked: Looked, twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]
-) -> Looked:
-    """Return what is found in step with the position, where that leaves less.
-
-    That is asked only where far more than noise is left beside a velocity later than any usually
-    is.
-    """
-    known, found = looked.known, looked.found
-    if known.aligned is not None or _delays(found) or not hides_much(found.left, looked.table):
-        return looked
-    as_it_is = replace(looked, known=replace(known, aligned=False))
-    try:
-        in_step = _looked(twin, runs, holdout, replace(known, aligned=True))
-    except _NotAskableError:
-        return as_it_is
-    return in_step if in_step.found.left.left_nm <= found.left.left_nm else as_it_is
 
 
 def _all_of_it(
@@ -270,39 +175,6 @@ def _all_of_it(
     table = replace(without_creep(table, known.creep_rad_s), one_zero=known.one_zero)
     more = carried_by_some(studied(twin, table)[0])
     return carried.joined_by(more, len(runs)) or carried
-
-
-def _better_known(looked: Looked) -> Known | None:
-    """Return what is known of the signals since something was found; None where it is no more."""
-    known, found, table, asked = looked.known, looked.found, looked.table, looked.asked
-    if known.aligned is None and any(hides_in(delay, table) for delay in _delays(found)):
-        return replace(known, aligned=True)
-    if known.for_a_delay and not known.late_s and not _delays(found):
-        return replace(known, aligned=False, for_a_delay=False)
-    if not known.late_s:
-        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
-        if late_s:
-            return replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
-    creep_rad_s = _creep_beside(found, table) if known.creep_rad_s is None else 0.0
-    return replace(known, creep_rad_s=creep_rad_s) if creep_rad_s else None
-
-
-def _creep_beside(found: Study, table: Table) -> float:
-    """Return below which speed friction fades, rad/s, where only what was found lets it be seen."""
-    if found.table.creep_rad_s or not found.choice.terms:
-        return 0.0
-    return creep_beside(table, left_by(found.extended, table))
-
-
-def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
-    """Return by what half a sample the torque was found to be late; 0 where it is not."""
-    return sum(half_a_sample_s(delay, runs) for delay in _delays(found))
-
-
-def _delays(found: Study) -> list[Parameter]:
-    """Return the delays of the torque that were found."""
-    terms = zip(found.model.terms, found.model.parameters, strict=True)
-    return [own["torque_delay_s"] for term, own in terms if term.scored.form.effect == DELAY]
 
 
 def _explained(

@@ -15,8 +15,9 @@ from agent.explain.asked import tabulated
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.choosing.rivals import WEIGHT
 from agent.explain.location.moments import Moments
+from agent.explain.looked import Known
 from agent.explain.numbers.model import predicted
-from agent.explain.once import Known, asked_once
+from agent.explain.once import asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import (
     SETTLED,

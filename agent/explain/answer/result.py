@@ -55,6 +55,8 @@ __all__ = [
 SCHEMA = "stribeck.explanation/1"
 
 Verdict = Literal["explained", "tied", "partly-explained", "unexplained", "no-mismatch"]
+NAMELESS: frozenset[Verdict] = frozenset({"unexplained", "partly-explained"})
+"""Verdicts that leave something without a name."""
 
 
 @dataclass(frozen=True)

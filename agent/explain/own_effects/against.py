@@ -10,7 +10,7 @@ from agent.explain.answer import words
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, too_much_sentence, with_share
-from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
+from agent.explain.answer.result import NAMELESS, Explanation, Finding, Holdout, Moved
 from agent.explain.answer.ties import is_tied
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
@@ -21,7 +21,7 @@ from agent.explain.own_effects.better import (
     on_the_floor_of,
     settles_more,
 )
-from agent.explain.own_effects.doubted import NAMELESS, Doubted
+from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
 from agent.explain.own_effects.pairs import finding_of
 from agent.explain.taken_off import beside_a_finding

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from agent.explain.answer.names import OWN_NUMBER
-from agent.explain.answer.result import Explanation, Finding, Verdict
+from agent.explain.answer.result import NAMELESS, Explanation, Finding
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
@@ -21,8 +21,6 @@ from agent.physics.twin import Effect, Twin, TwinError
 _DOUBTED = 0.2  # of the mismatch: so much of it goes along an effect, or along one of its numbers
 _NUDGE = 1.02  # times a number
 _LOADED = "reference_payload_kg"  # a payload that recordings state
-NAMELESS: frozenset[Verdict] = frozenset({"unexplained", "partly-explained"})
-"""Verdicts that leave something without a name."""
 
 
 @dataclass(frozen=True)
