@@ -10,6 +10,7 @@ from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.rivals import Term
 from agent.explain.forms.reversal import reach_rad
 from agent.explain.forms.speed import brakes_both_ways
+from agent.explain.numbers.short_stroke import PAYLOAD, pulled_and_offset
 from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 
@@ -32,6 +33,11 @@ def alternatives_of(study: Study, term: Term) -> tuple[Alternative, ...]:
         braking = constant and brakes_both_ways(scene, (), 2.0 * term.scored.coefficients)
         if braking or term.scored.form.name == "Coulomb":
             out = _as_likely(effect, partner, out)
+    if term.scored.form is PAYLOAD and all(a.effect != _BUNDLE for a in out):
+        library = study.library
+        beside = [c.columns for c in study.choice.candidates if c.form is not PAYLOAD]
+        if pulled_and_offset(library, library.base, term.candidate.columns, beside):
+            out = _as_likely(effect, _BUNDLE, out)
     if effect == YIELDING and _yields_as_a_bundle(scene, term):
         out = _as_likely(effect, _BUNDLE, [a for a in out if a.effect != _BUNDLE])
     if effect == _BUNDLE and is_what_friction_lacks(study):

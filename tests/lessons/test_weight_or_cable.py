@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from agent.explain.choosing.search import Library
 from agent.explain.explain import explain
+from agent.explain.forms.library import FORMS
+from agent.explain.numbers.short_stroke import pulled_and_offset
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.refit import refit
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.textbook_joint import TWIN, Driven, recorded, stair
 
@@ -30,3 +39,31 @@ def test_a_weight_beside_stribeck_is_no_cable() -> None:
     weight, friction = answer.findings
     assert (weight.effect, friction.effect) == ("gravity-imbalance", "stribeck")
     assert not weight.alternatives
+
+
+def cable_and_offset(driven: Driven) -> Floats:
+    arm = driven.position_rad / TWIN.gear_ratio - 0.64  # of the middle of the stroke
+    return np.asarray(0.2 * arm + 0.3 * arm**3 + 0.1)
+
+
+def payload(driven: Driven) -> Floats:
+    arm = driven.position_rad / TWIN.gear_ratio
+    return np.asarray(0.2 * np.sin(arm) - 0.1 * np.cos(arm))
+
+
+@pytest.mark.parametrize(("missing", "is_pair"), [(cable_and_offset, True), (payload, False)])
+def test_a_cable_that_stiffens_beside_an_offset_is_told_from_any_weight(
+    missing: Callable[[Driven], Floats], is_pair: bool
+) -> None:
+    """A weight's sine and cosine took both, for certain, though they bend less well."""
+    runs = [
+        recorded(stair([k * v for v in SPEEDS_RAD_S]), missing, 0.03, seed)
+        for seed, k in enumerate((1.0, 1.07, 1.15))
+    ]
+    table = tabulate(TWIN, runs, 30.0)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    forms = [f for f in FORMS if f.effect in ("cable-force", "torque-offset")]
+    library = Library.of(Scene(table, theta, left), weigh(table, left), forms)
+    rest, weight = library.base[:, :3], library.base[:, 3:]
+    assert pulled_and_offset(library, rest, weight, ()) is is_pair

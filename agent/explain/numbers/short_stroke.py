@@ -44,7 +44,8 @@ def _payload(scene: Scene, point: Point) -> Floats:
     return gravity_columns(scene.full("position_rad"), scene.table.gear_ratio)
 
 
-_OFFSET = "torque-offset"
+_OFFSET, _CABLE = "torque-offset", "cable-force"
+_STIFFENS = "spring that stiffens"
 PAYLOAD = Form(
     "gravity-imbalance",
     "a payload",
@@ -180,7 +181,40 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         # As good, and not only nearly so: a payload's two parts are looked for in their own right.
         if float((both - free).sum()) <= 0.0 and float(gained.sum()) > needed:
             out.append(_OFFSET)
+    if _CABLE not in out and pulled_and_offset(library, rest, library.base[:, gravity], beside):
+        out.append(_CABLE)
     return tuple(out)
+
+
+def pulled_and_offset(
+    library: Library, rest: Floats, weight: Floats, beside: Sequence[Floats]
+) -> bool:
+    """Return whether a cable that stiffens and a constant surely do better than any weight.
+
+    A weight has a sine and a cosine, which on a short stroke are nearly a line and a constant: it
+    takes all of such a pair, but for what bends the line.
+
+    Parameters
+    ----------
+    library : Library
+    rest : ndarray, shape (m, p)
+        Weighted columns of all of the twin's numbers but the weight's.
+    weight : ndarray, shape (m, 2)
+        Of the weight's.
+    beside : sequence of ndarray
+        Of the other laws that were found.
+    """
+    constant = [c for c in library.candidates if c.form.effect == _OFFSET and not c.point]
+    cables = [c for c in library.candidates if c.form.name == _STIFFENS]
+    if not constant or weight.shape[1] < len(GRAVITY):
+        return False
+    free = library.errors_with(rest, weight, *beside)
+    for cable in cables:
+        loss = library.errors_with(rest, cable.columns, constant[0].columns, *beside) - free
+        chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
+        if float(loss.sum()) < -chance:
+            return True
+    return False
 
 
 def _its_size_and_a_constant(library: Library, gravity: Floats, twin: Twin) -> Floats | None:
