@@ -61,8 +61,8 @@ def _but_for_moments(
 ) -> Explanation:
     """Return the answer, without a few moments that hide a better one where there are such."""
     answer, moments = _asked(twin, runs, holdout, limits)
-    if moments is None or (not holdout and len({run for run, _, _ in moments.at}) > 1):
-        return answer  # what comes back in another recording, and nothing to hold it against
+    if moments is None or (moments.comes_back and not holdout):
+        return answer  # there is nothing to hold it against
     again, _ = _asked(twin, without(runs, moments), holdout, limits)
     if not _is_better(again, answer):
         return answer

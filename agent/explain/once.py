@@ -34,7 +34,7 @@ from agent.explain.carrying import (
 )
 from agent.explain.caveats import left_out_of_the_proof
 from agent.explain.driven_range import further
-from agent.explain.location.moments import Moments, in_moments
+from agent.explain.location.moments import Moments, in_beginnings, in_moments
 from agent.explain.looked import (
     NOTHING,
     Known,
@@ -235,6 +235,7 @@ def _explained(
         rows, left = study.library.weighing.rows, study.model.residual_nm
         moment = in_moments(study.table, rows, left, study.floor.value_nm)
         located = "" if moment is None else moment.said(apart=False)
+        moment = moment or in_beginnings(study.table)
         carried = tuple(said for said in (located, *carried, differs_unsaid(study.table)) if said)
     reasons = (
         *back,

@@ -16,6 +16,8 @@ from agent.numbers import significant
 
 _BIN_S = 0.1
 _AROUND_S = 0.25
+_BEGINNING_S = 1.0
+_IN_MOTION = 0.05  # of the greatest speed
 _HALF = 0.5  # of what is left
 _FEW = 0.01  # of all bins: more are no moments, and an effect has its places
 _SPELLS, _LONGEST = 3, 3  # and tenths of a second of each: friction after a rest lasts longer
@@ -32,10 +34,18 @@ class Moments:
         Index and name of a recording, and its time where a tenth of a second begins, s.
     share : float
         Of what is left above the noise.
+    begins : bool
+        Whether it is how recordings begin in motion, each of them for a second.
     """
 
     at: tuple[tuple[int, str, float], ...]
     share: float
+    begins: bool = False
+
+    @property
+    def comes_back(self) -> bool:
+        """Return whether it is in several recordings, for another reason than how they begin."""
+        return not self.begins and len({run for run, _, _ in self.at}) > 1
 
     def among(self, places: Sequence[int]) -> Moments:
         """Return the same where the recordings are these of a longer list."""
@@ -43,6 +53,11 @@ class Moments:
 
     def said(self, *, apart: bool) -> str:
         """Return what is said of them, which were left out (`apart`) or not."""
+        if self.begins:
+            return (
+                "recordings begin in motion, and how an arm behind a soft or loose gear swings "
+                "then nobody knows: the first second of each was left out, which settles more"
+            )
         where = ", ".join(f"at {significant(t, 3)} s of {name}" for _, name, t in self.at)
         done = (
             "they were left out, and what is said holds for the rest"
@@ -93,6 +108,22 @@ def in_moments(
     return Moments(named, float(share[few - 1]))
 
 
+def in_beginnings(table: Table) -> Moments | None:
+    """Return how recordings begin, where some of them do in motion; None where none does.
+
+    Parameters
+    ----------
+    table : Table
+    """
+    time_s, speed = table.rows["time_s"], np.abs(table.rows["velocity_rad_s"])
+    at = []
+    for index, run in enumerate(table.runs):
+        own = np.flatnonzero(table.run == index)
+        if own.size and speed[own[0]] > _IN_MOTION * float(np.max(speed[own])):
+            at.append((index, run.name, float(time_s[own[0]])))
+    return Moments(tuple(at), 0.0, begins=True) if at else None
+
+
 def _are_brief(at: Sequence[tuple[int, int]]) -> bool:
     """Return whether tenths of a second, (run, number) in order, are few spells and short ones."""
     spells: list[list[tuple[int, int]]] = []
@@ -111,7 +142,8 @@ def without(runs: Sequence[Run], moments: Moments) -> tuple[Run, ...]:
     for index, _, start_s in moments.at:
         signals = out[index].signals
         after = signals.time_s - start_s
-        near = (after > -_AROUND_S) & (after < _BIN_S + _AROUND_S)
+        lasts_s = _BEGINNING_S if moments.begins else _BIN_S + _AROUND_S
+        near = (after > -_AROUND_S) & (after < lasts_s)
         kept = replace(signals, valid=signals.valid & ~near)
         out[index] = replace(out[index], signals=kept)
     return tuple(out)

@@ -9,7 +9,7 @@ import pytest
 
 from agent.explain.answer.result import Explanation, Verdict
 from agent.explain.explain import explain
-from agent.explain.location.moments import Moments, in_moments, without
+from agent.explain.location.moments import Moments, in_beginnings, in_moments, without
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
@@ -143,3 +143,25 @@ def test_an_answer_without_moments_is_taken_where_it_settles_more(
     assert asked[1] < asked[0]
     assert (answer.verdict == "no-mismatch") is taken
     assert any("at 12.0 s of hit.csv" in reason for reason in answer.reasons) is taken
+
+
+def test_recordings_that_begin_in_motion_may_hide_an_arm_by_how_they_do(run: Run) -> None:
+    """A soft gear was not found where a jump of the motor was the first that was recorded."""
+    assert in_beginnings(tabulate(TWIN, [run], 30.0)) is None
+    speed = run.signals.velocity_rad_s
+    assert speed is not None
+    moving = np.flatnonzero(np.abs(speed) > 5.0)[100]
+    signals = run.signals
+    kept = {
+        name: getattr(signals, name)[moving:] - (signals.time_s[moving] if "time" in name else 0.0)
+        for name in ("time_s", "position_rad", "velocity_rad_s", "torque_nm")
+    }
+    cut = Run.from_columns(kept, signals.gear_ratio, name="cut", started_s=0.0)
+    found = in_beginnings(tabulate(TWIN, [run, cut], 30.0))
+    assert found is not None
+    assert [name for _, name, _ in found.at] == ["cut"]
+    assert not found.comes_back
+    _, later = without([run, cut], found)
+    left_out = ~later.signals.valid & cut.signals.valid
+    assert float(later.signals.time_s[left_out].max()) == pytest.approx(1.0, abs=0.1)
+    assert "begin in motion" in found.said(apart=True)
