@@ -33,6 +33,7 @@ _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs,
 _PULLS = frozenset({WEIGHT, *LIKE_A_WEIGHT})
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _OF_WAVES = frozenset({"torque-ripple", "kinematic-error", "resolver-error"})
+_ARMS = frozenset({"joint-flexibility", "backlash"})
 _WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"})
 
 
@@ -171,7 +172,7 @@ def _retuned(
 
     None where that would ask for the motion of an arm again and again.
     """
-    if any(term.form.at_edges for term in tuned):
+    if any(term.form.effect in _ARMS for term in tuned):
         return None
     if not tuned:
         return rival.blocks
@@ -191,7 +192,9 @@ def _is_misshapen(best: Floats, rival: Floats, noise: float) -> bool:
     next to nothing, a rival that plainly leaves something has another curve than the joint.
     """
     left, other = (float(blocks.sum()) - noise for blocks in (best, rival))
-    return noise > 0.0 and other > _MISFIT * (max(left, 0.0) + _NOISE_KNOWN * noise)
+    # Of noise that is so much less, both leave as much more.
+    unknown = (_MISFIT - 1.0) * _NOISE_KNOWN * noise
+    return noise > 0.0 and other > _MISFIT * max(left, 0.0) + unknown
 
 
 def log_density_gap(best: Floats, other: Floats, size: float) -> float:
