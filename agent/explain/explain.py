@@ -21,6 +21,7 @@ from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
 _HELD_OUT = 2.0  # times the noise
+_MOST_ROUNDS = 2  # moments hide behind moments
 
 
 def explain(
@@ -61,12 +62,15 @@ def _but_for_moments(
 ) -> Explanation:
     """Return the answer, without a few moments that hide a better one where there are such."""
     answer, moments = _asked(twin, runs, holdout, limits)
-    if moments is None or (moments.comes_back and not holdout):
-        return answer  # there is nothing to hold it against
-    again, _ = _asked(twin, without(runs, moments), holdout, limits)
-    if not _is_better(again, answer):
-        return answer
-    return replace(again, reasons=(moments.said(apart=True), *again.reasons))
+    left_out: tuple[str, ...] = ()
+    for _ in range(_MOST_ROUNDS):
+        if moments is None or (moments.comes_back and not holdout):
+            break  # there is nothing to hold it against
+        runs, left_out = without(runs, moments), (*left_out, moments.said(apart=True))
+        again, moments = _asked(twin, runs, holdout, limits)
+        if _is_better(again, answer):
+            return replace(again, reasons=(*left_out, *again.reasons))
+    return answer
 
 
 def _is_better(answer: Explanation, other: Explanation) -> bool:
