@@ -1,8 +1,9 @@
 """Recordings that are as if of another axis, among others that the simulation fits as it is.
 
-A payload changes inertia and weight, a colder gear its friction. Where both kinds of numbers are
-others, and all other recordings ask for none, it is another joint, as far as can be told: no law of
-this one explains it, and it is left aside.
+A payload changes inertia and weight, a colder gear its friction, viscous friction most of all.
+Where the mass that moves and Coulomb friction are others, and all other recordings ask for no other
+number, it is another joint, as far as can be told: no law of this one explains it, and it is left
+aside. Payloads that recordings state are none of this.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from agent.explain.answer.amounts import listed
 from agent.explain.answer.names import NUMBERS
 from agent.explain.answer.number_sentences import change_said
 from agent.explain.answer.result import Explanation
+from agent.explain.numbers.loads import payloads
 from agent.explain.rows.refit import refit
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
@@ -26,7 +28,6 @@ from agent.physics.rigid_body import GRAVITY
 _FITS, _FAR_OFF = 1.25, 4.0  # times the noise: what a right simulation leaves, and one of another
 _EXPLAINED = 0.5  # of what it leaves: so much numbers of its own take off
 _ANOTHER = 1.6  # times a number, either way
-_FRICTION, _MASS = ("coulomb_nm", "viscous_nm_s_per_rad"), ("inertia_kg_m2",)
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def of_another_axis(table: Table, floor_nm: float) -> Aside | None:
         The noise.
     """
     count = len(table.runs)
-    if table.simulated or not floor_nm > 0.0:
+    if table.simulated or not floor_nm > 0.0 or len(payloads(table.runs)) > 1:
         return None
     left_nm = [_rms(table.target_nm[table.sliding & (table.run == k)]) for k in range(count)]
     odd = tuple(k for k in range(count) if left_nm[k] > _FAR_OFF * floor_nm)
@@ -106,13 +107,12 @@ def _own_numbers(table: Table, run: int, left_nm: float) -> dict[str, tuple[floa
 
 
 def _are_anothers(numbers: dict[str, tuple[float, float]]) -> bool:
-    """Return whether friction and the mass that moves are others, both."""
+    """Return whether Coulomb friction and the mass that moves are others, both."""
     if not numbers:
         return False
     given, found = (math.hypot(*(numbers[name][k] for name in GRAVITY)) for k in (0, 1))
-    masses = (*(numbers[name] for name in _MASS), (given, found))
-    mass = any(_is_another(*pair) for pair in masses)
-    return mass and any(_is_another(*numbers[name]) for name in _FRICTION)
+    mass = _is_another(*numbers["inertia_kg_m2"]) or _is_another(given, found)
+    return mass and _is_another(*numbers["coulomb_nm"])
 
 
 def _is_another(given: float, found: float) -> bool:

@@ -178,7 +178,7 @@ def _retuned(
         return rival.blocks
     moved = list(others)
     for index, term in enumerate(moved):
-        if term in tuned:
+        if any(term is own for own in tuned):
             rest = [*moved[:index], *moved[index + 1 :], rival.candidate]
             basis = basis_of(library.model(rest))
             moved[index] = library.deeper(term, basis, library.residual(rest))
