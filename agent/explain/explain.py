@@ -64,7 +64,9 @@ def _but_for_moments(
     answer, moments = _asked(twin, runs, holdout, limits)
     left_out: tuple[str, ...] = ()
     for _ in range(_MOST_ROUNDS):
-        if moments is None or (moments.comes_back and not holdout):
+        if moments is None or (moments.begins and left_out):
+            break  # what begins later begins in motion, too
+        if moments.comes_back and not holdout:
             break  # there is nothing to hold it against
         runs, left_out = without(runs, moments), (*left_out, moments.said(apart=True))
         again, moments = _asked(twin, runs, holdout, limits)

@@ -145,6 +145,20 @@ def test_an_answer_without_moments_is_taken_where_it_settles_more(
     assert any("at 12.0 s of hit.csv" in reason for reason in answer.reasons) is taken
 
 
+def test_moments_hide_behind_moments(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two glitches the louder one was left out, and the other hid what both had hidden."""
+    unsettled = nothing_decided("off", (), ())
+    loud, quiet = (Moments(((1, name, 12.0),), 0.9) for name in ("loud.csv", "quiet.csv"))
+    settled = replace(unsettled, verdict="no-mismatch", reasons=())
+    answers = iter([(unsettled, loud), (unsettled, quiet), (settled, None)])
+    monkeypatch.setattr("agent.explain.explain.asked_once", lambda *_: next(answers))
+    answer = explain(TWIN, [run, run])
+    assert answer.verdict == "no-mismatch"
+    first, second = answer.reasons
+    assert "loud.csv" in first
+    assert "quiet.csv" in second
+
+
 def test_recordings_that_begin_in_motion_may_hide_an_arm_by_how_they_do(run: Run) -> None:
     """A soft gear was not found where a jump of the motor was the first that was recorded."""
     assert in_beginnings(tabulate(TWIN, [run], 30.0)) is None
