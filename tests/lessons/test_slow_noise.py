@@ -121,8 +121,8 @@ def test_what_does_not_come_again_is_noise_unless_it_leans_to_a_side(
     runs = [passed_again(left, k, speed) for k, speed in enumerate((50.0, 35.0, 20.0, 10.0, 25.0))]
     answer = explain(TWIN, runs[:4], runs[4:])
     said = any("does not come again" in reason for reason in answer.reasons)
-    assert answer.extended.rmse_nm / answer.floor.value_nm > 1.5
-    assert answer.extended.rmse_nm / answer.floor.repeats_nm < 1.1
+    assert answer.refitted.rmse_nm / answer.floor.value_nm > 1.5
+    assert answer.refitted.rmse_nm / answer.floor.repeats_nm < 1.1
     assert answer.verdict == verdict
     assert said == (left == "noise")
     assert ("does not come again" in answer.sentence) == said
