@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.materiality import CLOSE
+from agent.explain.rows.floor import steady_windows, variance_about_trend
 from agent.explain.rows.lines import Line
 from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
 from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
@@ -23,6 +24,7 @@ LOUDER = 2.0
 """Times the noise at held speeds: up to there what is left may be noise."""
 
 _HARDLY = 0.1  # of what stands above the noise at held speeds: so little is no place
+_MOSTLY = 0.5  # of what is left at held speeds
 _SHOWN = 0.3  # of what stands above the noise at held speeds: louder noise goes along no axis
 
 
@@ -114,6 +116,21 @@ class Left:
             return False
         hardly = self._shown <= _HARDLY * (1.0 - self.over_floor**-2)
         return hardly and not any(line.matters for line in self.lines)
+
+    @cached_property
+    def is_brief(self) -> bool:
+        """Return whether most of what is left where a speed is held is over within half a second.
+
+        As blows are, and no slow noise is.
+        """
+        left = np.full(self.table.used.shape[0], np.nan)
+        left[self.rows] = self.residual_nm
+        windows = [(left[window], worth) for window, worth in steady_windows(self.table)]
+        whole = [(own, worth) for own, worth in windows if np.isfinite(own).all()]
+        if not whole:
+            return False
+        brief = np.mean([variance_about_trend(own, worth) for own, worth in whole])
+        return bool(brief > _MOSTLY * np.mean([np.mean(own**2) for own, _ in whole]))
 
     @property
     def noise_all_the_same(self) -> bool:

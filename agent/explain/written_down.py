@@ -113,6 +113,7 @@ def written_down(
         unexplained_where=left.regions,
         unexplained_varies=left.varies,
         unexplained_spells=left.spells,
+        unexplained_brief=found.left.is_brief,
         cells=found.cells,
         moved=_moves(found),
         next_experiment=menu[0] if menu else None,

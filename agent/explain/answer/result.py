@@ -87,6 +87,8 @@ class Explanation:
         The number of the twin that would have to vary, and along which axis.
     unexplained_spells : Spells or None
         When it is there, where it lies along no axis.
+    unexplained_brief : bool
+        Whether most of it is over within half a second.
     cells : tuple of Cell
         The deficiency map of the refitted twin.
     moved : tuple of Moved
@@ -139,6 +141,7 @@ class Explanation:
     unexplained_curves: tuple[Curve, ...] = ()
     unexplained_varies: Varying | None = None
     unexplained_spells: Spells | None = None
+    unexplained_brief: bool = False
     band_hz: float = math.nan
     unit_off: str = ""
     goes_further: bool = False

@@ -183,9 +183,10 @@ def _lies(explanation: Explanation, place: str) -> str:
     if explanation.unexplained_spells is not None:
         return in_spells(explanation.unexplained_spells)
     if not place:
+        like = "blows" if explanation.unexplained_brief else "slow noise"
         return (
-            "It goes along with nothing that was recorded: slow noise would, or something that "
-            "these recordings do not show."
+            f"It goes along with nothing that was recorded: {like} would, or something that these "
+            "recordings do not show."
         )
     return f"It lies {place}." if left[0].everywhere else f"It is greatest {place}."
 
