@@ -32,6 +32,8 @@ _CALLED: Mapping[str, str] = {
     "stribeck_velocity_rad_s": "Stribeck velocity",
     "height_nm": "height",
     "coulomb_change_nm": "change",
+    "coulomb_nm_per_h": "Coulomb friction's change",
+    "coulomb_nm_per_k": "Coulomb friction's change",
     "torque_offset_nm": "offset",
     "limit_nm": "limit",
     "torque_delay_s": "delay",
