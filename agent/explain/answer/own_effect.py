@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from agent.explain.answer.amounts import percent
 from agent.explain.answer.located import Finding
@@ -11,7 +12,7 @@ from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER, effect_name, law_
 from agent.explain.answer.said import Said
 from agent.explain.answer.sentences import LITTLE, shared
 from agent.identify.result import Parameter
-from agent.numbers import parameter_unit, scale_for, significant
+from agent.numbers import Scale, parameter_unit, scale_for, significant
 
 _ALIKE = 0.1  # of its strength: so much more or less is the same
 _MOVED = 0.03  # of a number: less is not told
@@ -58,6 +59,7 @@ _AS_OWNED: Mapping[str, str] = {
 """What is called otherwise where a simulation has it."""
 
 _WAVE = ("cos_nm", "sin_nm")
+_PER = {"_per_h": "/h", "_per_k": "/K"}
 
 
 def own_effect_sentence(
@@ -138,7 +140,7 @@ def _listed(known: Mapping[str, float]) -> str:
     texts = []
     for name, called in _CALLED.items():
         if name in known:
-            scale = scale_for(parameter_unit(name), (known[name],))
+            scale = _scale(name, known[name])
             value = significant(known[name] * scale.factor, 3)
             texts.append(f"{called} {value} {scale.unit}".rstrip())
     return f": {' and '.join(texts[:_TOLD])}" if texts else ""
@@ -191,9 +193,16 @@ def _numbers(given: Mapping[str, float], found: Mapping[str, Parameter]) -> str:
 
 
 def _change(name: str, given: float, found: float) -> str:
-    scale = scale_for(parameter_unit(name), (given, found))
+    scale = _scale(name, given, found)
     now, was = (significant(value * scale.factor, 3) for value in (found, given))
     return f"{now}, not {was} {scale.unit}".rstrip()
+
+
+def _scale(name: str, *values: float) -> Scale:
+    """Return the unit in which a number is written, or what it changes by in an hour or kelvin."""
+    ending = next((ending for ending in _PER if name.endswith(ending)), "")
+    scale = scale_for(parameter_unit(name.removesuffix(ending)), values)
+    return replace(scale, unit=f"{scale.unit}{_PER.get(ending, '')}")
 
 
 def with_share(finding: Finding, share: float) -> Said:

@@ -9,6 +9,7 @@ import pytest
 
 from agent.explain.answer.located import Region, Ringing
 from agent.explain.answer.number_sentences import number_sentence
+from agent.explain.answer.own_effect import own_effect_sentence
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.sentences import (
     counted_from,
@@ -72,6 +73,13 @@ def test_wear_beside_a_simulation_that_wears_is_told_in_all(more: float, said: s
     runs, beside = (Region("recording", 0.0, 6.0),), {"coulomb_nm_per_h": -0.065}
     told = finding_sentence("friction-drift", runs, (-0.01, 0.01), 0.9, found, beside=beside)
     assert f"Coulomb friction {said}" in told.lead
+
+
+def test_a_simulations_own_rate_is_told_in_its_unit() -> None:
+    """The wear of a simulation was "not the joint's", without a number."""
+    found = {"coulomb_nm_per_h": Parameter(1.19e-4, (1.18e-4, 1.20e-4))}
+    said = own_effect_sentence("friction-drift", {"coulomb_nm_per_h": 7.98e-5}, found, 1.0, 1.0)
+    assert said.lead.endswith("Coulomb friction's change 0.119, not 0.0798 mN m/h.")
 
 
 def test_a_place_that_is_a_point_is_told_as_one() -> None:
