@@ -38,7 +38,7 @@ _WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps 
 _SPRUNG = 0.55  # of the inertia, behind a gap in a spring
 _PARTS = ((0.08, 1.05), (0.15, 1.15), (0.4, 1.4))  # of a spring's hardest twist: the gap; swings
 _RUBS, _GAP_TRIALS = (0.05, 0.35), 40
-_HARD, _SWINGS = 1.3, 0.4  # cutoffs, damping: a contact to begin anew with
+_HARD, _SOFT, _SWINGS = 1.3, 0.6, 0.4  # cutoffs, damping: contacts to begin anew with
 _ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
 _LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
 _GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
@@ -105,8 +105,9 @@ def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
     """Return gaps that are wider and narrower, of the same arm and of likely ones, without a film.
 
     With the same contact, and with a hard one that swings: a contact that is soft or creeps, or a
-    film, is how a search makes up for a gap that is too wide or too narrow. A wide gap behind
-    little friction is crossed nearly when a narrow one behind more is: every gap has its own arm.
+    film, is how a search makes up for a gap that is too wide or too narrow. Far from where it ended
+    a soft one is looked for as well: some are. A wide gap behind little friction is crossed nearly
+    when a narrow one behind more is: every gap has its own arm.
     """
     half_gap, inertia_share, friction_share, hertz, damping, _, oil = point
     near = tuple(wider * half_gap for wider in _ELSEWHERE)
@@ -120,7 +121,8 @@ def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
         for gap, share, friction, film, of_oil in arms
         for wider in _LITTLE_WIDER
     ]
-    anew = [(gap, inertia_share, friction_share, *hard, 0.0, oil) for gap in near]
+    contacts = (hard, (_SOFT * scene.table.cutoff_hz, _SWINGS)) if far else (hard,)
+    anew = [(gap, inertia_share, friction_share, *c, 0.0, oil) for c in contacts for gap in near]
     return (*same, *likely, *anew)
 
 
