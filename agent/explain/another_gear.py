@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agent.explain.rows.refit import carried_by
 from agent.explain.rows.table import BASE, Table
 from agent.explain.study import Study
 from agent.identify.result import Floats
@@ -61,7 +62,7 @@ def _best_ratio(table: Table) -> tuple[float, float, float]:
     numbers = np.array([getattr(table.twin, name) for name in BASE])
     others = np.flatnonzero(table.carried & ~np.isin(np.arange(len(BASE)), weight))
     rows = table.used
-    own = _scaled(table.base[np.ix_(rows, others)])
+    own = table.base[np.ix_(rows, others)]
     # All but the weight: what the twin's own effects add is known.
     known = table.given_nm - table.base @ numbers
     target = (table.measured_nm - known)[rows]
@@ -72,7 +73,7 @@ def _best_ratio(table: Table) -> tuple[float, float, float]:
         rest: Floats = target - table.band(turned)[rows]
         return _left_nm2(own, rest)
 
-    loaded = _scaled(table.base[np.ix_(rows, np.concatenate((others, weight)))])
+    loaded = table.base[np.ix_(rows, np.concatenate((others, weight)))]
     tried = np.geomspace(1.0 / _FARTHEST, _FARTHEST, _STEPS)
     best = int(np.argmin([left_nm2(float(times)) for times in tried]))
     near = tried[max(best - 1, 0)], tried[min(best + 1, _STEPS - 1)]
@@ -80,12 +81,6 @@ def _best_ratio(table: Table) -> tuple[float, float, float]:
     return float(found.x), float(found.fun), _left_nm2(loaded, target)
 
 
-def _scaled(columns: Floats) -> Floats:
-    size = np.sqrt(np.mean(columns**2, axis=0))
-    return np.asarray(columns / np.where(size > 0.0, size, 1.0))
-
-
 def _left_nm2(columns: Floats, target: Floats) -> float:
     """Return the mean square that columns, shape (m, k), leave of a torque."""
-    rest = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-9)[0]
-    return float(np.mean(rest**2))
+    return float(np.mean((target - carried_by(columns, target)) ** 2))

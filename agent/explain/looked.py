@@ -169,6 +169,7 @@ def apart_from_all_others(looked: Looked, twin: Twin) -> Aside | None:
     found = looked.found
     aside = of_another_axis(looked.table, found.floor.value_nm)
     carried = None if looked.known.carried or aside is not None else carried_by_some(found)
-    if carried is None or not carried.are_a_few_without_it(twin, len(looked.table.runs)):
+    if carried is None or not carried.is_sure(twin):
         return aside
-    return Aside(carried.places, weightless_said(carried))
+    few = carried.are_a_few_without_it(twin, len(looked.table.runs))
+    return Aside(carried.places, weightless_said(carried)) if few else None

@@ -20,12 +20,7 @@ from agent.explain.answer.result import (
 )
 from agent.explain.answer.ties import is_tied
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carried import (
-    Carried,
-    beside_carried,
-    carried_by_some,
-    freed,
-)
+from agent.explain.carried import Carried, beside_carried, carried_by_some, freed
 from agent.explain.carrying import (
     Given,
     studied,

@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.proof import Compared
+from agent.explain.rows.refit import carried_by
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE
-from agent.identify.result import Floats
 from agent.identify.rigid.alike import mixed_units
 from agent.identify.signals.preprocess import read_motion
 
@@ -74,7 +72,7 @@ def held_out_apart(
     if units:
         return units
     for names, other, where in _KINDS:
-        moved = _fitted(columns[:, [BASE.index(name) for name in names]], left)
+        moved = carried_by(columns[:, [BASE.index(name) for name in names]], left)
         share = 1.0 - float((left - moved) @ (left - moved)) / energy
         if share > _OWN:
             rms = torque(math.sqrt(float(moved @ moved) / moved.shape[0]))
@@ -83,10 +81,3 @@ def held_out_apart(
                 f"{percent(share)} of what is left of it), as where {where}"
             )
     return more
-
-
-def _fitted(columns: Floats, aim: Floats) -> Floats:
-    """Return what columns carry of a torque, shape (m,)."""
-    size = np.sqrt(np.mean(columns**2, axis=0))
-    unit = columns / np.where(size > 0.0, size, 1.0)
-    return np.asarray(unit @ np.linalg.lstsq(unit, aim, rcond=1e-9)[0])

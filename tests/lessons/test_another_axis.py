@@ -11,6 +11,7 @@ from agent.explain.explain import explain
 from agent.explain.location.moments import Moments
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
+from agent.report.explanation.words import verdict_words
 from tests.lessons.test_carried import CYCLE, KNOWN, recorded
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record
 from trajectories import SetPoints
@@ -45,6 +46,8 @@ def test_a_recording_of_another_axis_is_left_aside_and_the_others_are_asked(
     assert answer.sentence.startswith(said)
     assert "It was left aside. Simulation and recordings agree" in answer.sentence
     assert answer.recordings == ("run-0", "run-1", "run-2")
+    shown = verdict_words(answer)  # not in green, which would be read as of all of them
+    assert (shown.status, shown.tone) == ("The other recordings agree", "open")
 
 
 def test_moments_are_of_all_recordings_again() -> None:

@@ -107,7 +107,8 @@ class Explanation:
     band_hz : float
         Up to where torques were compared: errors, floor and shares are of that band.
     unit_off : str
-        By what unit or gear the recordings differ from the simulation, said before all else.
+        By what unit or gear the recordings differ from the simulation, or which of them seem to be
+        of another axis, said before all else.
     goes_further : bool
         Whether what was held out goes beyond what the laws that were found were learnt over.
     edges : Edges or None

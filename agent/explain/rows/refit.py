@@ -8,6 +8,13 @@ from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 
 
+def carried_by(columns: Floats, torque_nm: Floats) -> Floats:
+    """Return what columns, shape (m, k), carry of a torque, shape (m,), by least squares."""
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    unit = columns / np.where(size > 0.0, size, 1.0)
+    return np.asarray(unit @ np.linalg.lstsq(unit, torque_nm, rcond=1e-9)[0])
+
+
 def refit(table: Table, known: Floats | None = None) -> tuple[Floats, Floats]:
     """Return the move of the twin's five numbers that fits the rows best, and what is left.
 

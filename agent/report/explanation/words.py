@@ -87,6 +87,12 @@ _NOWHERE = VerdictWords(
     "stop",
     "question",
 )
+_OTHERS_AGREE = VerdictWords(
+    "The other recordings agree",
+    "What is left between the simulation and the recordings that were not left aside is noise.",
+    "open",
+    "equal",
+)
 _NOT_PROVEN = VerdictWords(
     "Named, but not proven",
     "What is listed fits the recordings that it was learnt from. On data that it was not made from "
@@ -132,6 +138,8 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     if not decidable(explanation):
         return NOT_DECIDABLE
     words = _VERDICTS[explanation.verdict]
+    if explanation.verdict == "no-mismatch" and explanation.unit_off:
+        return _OTHERS_AGREE
     holdout = explanation.holdout
     if not proven(explanation):
         return _NOT_PROVEN if holdout is None or not holdout.denied else _DENIED
@@ -151,7 +159,8 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
 def qualification(explanation: Explanation) -> str:
     """Return what takes a part of the verdict back; what it means as a rule goes without saying."""
     words = verdict_words(explanation)
-    ordinary = (NOT_DECIDABLE, _NOWHERE, _FAR_LIKELIER, _VERDICTS[explanation.verdict])
+    usual = _VERDICTS[explanation.verdict]
+    ordinary = (NOT_DECIDABLE, _NOWHERE, _FAR_LIKELIER, _OTHERS_AGREE, usual)
     return "" if words in ordinary else words.meaning
 
 
