@@ -18,6 +18,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.unlevered import unlevered
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.even import evened
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.heavier import heavier_than_the_joint
 from agent.explain.numbers.intervals import with_intervals
@@ -70,9 +71,12 @@ def named(library: Library, twin: Twin) -> Named:
         chosen = chosen or chosen_anew(library)
         library, choice = settled_beside(*chosen)
         choice = _material(library, choice, twin)
-        refused = afloat(library, choice) | misfits(library, choice)
-        refused |= only_in_a_band(library, choice) | only_fast(library, choice)
-        refused |= unlevered(library, choice) | only_smooths(library, choice)
+        refused = _unlikely(library, choice)
+        if not refused:
+            even = evened(library, choice)
+            if even[1] is not choice:
+                library, choice = even[0], _material(*even, twin)
+                refused = _unlikely(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             refused = heavier_than_the_joint(library, model)
@@ -95,6 +99,13 @@ def named(library: Library, twin: Twin) -> Named:
         chosen = None if again else (_without(chosen[0], refused, twice), chosen[1])
     empty = replace(library, candidates=())
     return Named.of(empty, twin, choose(empty))
+
+
+def _unlikely(library: Library, choice: Choice) -> set[tuple[str, str]]:
+    """Return effect and form of the laws that the data show to be something else."""
+    refused = afloat(library, choice) | misfits(library, choice)
+    refused |= only_in_a_band(library, choice) | only_fast(library, choice)
+    return refused | unlevered(library, choice) | only_smooths(library, choice)
 
 
 def _without(

@@ -189,6 +189,7 @@ def carried_arms(
     viscous: float,
     holds: float,
     travel: float,
+    parting: float,
 ) -> Floats:
     """Return the torques, shape (a, n), with which the motor carries arms behind springs.
 
@@ -201,6 +202,7 @@ def carried_arms(
     A `film` drags the arm along, whether its teeth touch or not.
     The spring's inner friction `holds` a torque, in full when the twist has gone on for about its
     `travel`; nothing at first.
+    Of the damping of teeth in contact a share of `parting` holds them back as they part.
 
     At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
     `acceleration`; in a gap it lies where they press it.
@@ -257,7 +259,7 @@ def carried_arms(
                 if holds != 0.0:
                     own[_HELD] = _drawn_on(own[_HELD], (wound - own[_WOUND]) * per_travel)
                     pull += holds * own[_HELD]
-                torque = _borne(wound, ahead, pull, damping, half_gap, film)
+                torque = _borne(wound, ahead, pull, damping, half_gap, film, parting)
                 sine, cosine = _turned(own[_SINE], own[_COSINE], (arm - own[_BEGAN]) * per_ratio)
                 weight = gravity_sin * sine + gravity_cos * cosine
                 push = (torque - weight - dry[k] * drawn - viscous * half) * per_inertia
@@ -307,16 +309,24 @@ def _drawn_on(held: float, travels: float) -> float:
 
 @njit(cache=True)
 def _borne(
-    pressed: float, ahead: float, pull: float, damping: float, half_gap: float, film: float
+    pressed: float,
+    ahead: float,
+    pull: float,
+    damping: float,
+    half_gap: float,
+    film: float,
+    parting: float,
 ) -> float:
     """Return the torque of a gear whose spring pulls, and whose twist grows by `ahead` a second."""
     if half_gap == 0.0:
         return pull + (damping + film) * ahead
     if pressed == 0.0:
         return film * ahead
-    pull += damping * ahead
-    # Without a gap the spring holds both ways; teeth push, but do not pull.
-    return (pull if pull * pressed > 0.0 else 0.0) + film * ahead
+    drag = damping * ahead
+    pull += drag
+    # Without a gap the spring holds both ways; teeth push, and pull by their damping at most.
+    least = math.copysign(parting * drag, -pressed)
+    return (pull if (pull - least) * pressed > 0.0 else least) + film * ahead
 
 
 @njit(cache=True)

@@ -43,6 +43,7 @@ def shaft_rad_s2(
     reach: float,
     half_gaps: Floats,
     film: float,
+    parting: float,
     stiffening: float,
     held: tuple[float, float] | None,
     steps: int,
@@ -51,7 +52,7 @@ def shaft_rad_s2(
     """Put the shaft's torque over the arm's inertia, rad/s2, at some stretches into `out`, (a, N).
 
     At first the arm follows the motor, its friction drawn out, its weight borne. The teeth of a gap
-    push; they do not pull. The film between them does both.
+    push, and pull by a part of their damping at most. The film between them does both.
 
     Parameters
     ----------
@@ -71,6 +72,8 @@ def shaft_rad_s2(
         Half of the clearance of each of the arms, which are alike but for that, rad.
     film : float
         Damping of what is between the teeth over the arm's inertia, 1/s.
+    parting : float
+        Share of the damping of teeth in contact that holds them back as they part.
     stiffening : float
         By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
     held : tuple of float, or None
@@ -110,7 +113,7 @@ def shaft_rad_s2(
             _laid_out(drives, samples, at, stop, velocity, weight, lighter, friction, steps)
             for sample in range(samples):
                 _driven(state, drives, sample)
-                _sample(state, omega, damping, reach, film, stiffening, held, steps)
+                _sample(state, omega, damping, reach, film, parting, stiffening, held, steps)
                 _kept(state, drives, sample)
             _told(drives, samples, at, stop, which, out)
 
@@ -242,6 +245,7 @@ def _sample(
     damping: float,
     reach: float,
     film: float,
+    parting: float,
     stiffening: float,
     held: tuple[float, float] | None,
     steps: int,
@@ -261,11 +265,14 @@ def _sample(
                 pull = stiffness * harder * math.copysign(pressed, twist)
                 # The arm's speed stands half a step behind its twist, which damping must not feel.
                 ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
-                pull += damper * ahead
+                drag = damper * ahead
+                pull += drag
                 if held is not None:
                     pull += holds * state[_HELD + lane]
-                pulls = half_gap > 0.0 and pull * twist < 0.0
-                pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
+                least = math.copysign(parting * drag, -twist)
+                pulls = half_gap > 0.0 and (pull - least) * twist < 0.0
+                pull = least if pulls else pull
+                pull = (0.0 if pressed <= 0.0 else pull) + film * ahead
                 state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
                 weight = state[_WEIGHT + lane] - state[_LIGHTER + lane] * twist
                 push = pull - weight - state[_DRY + lane] * drawn

@@ -94,11 +94,16 @@ class Form:
         its squared error has many valleys.
     typical : tuple of float
         Where its numbers usually are: there it stands where they are not identified.
-    uneven : mapping of str to float
+    once_known : callable, optional
+        (scene, point) to other points around it that are worth a trial once the twin's own numbers
+        are known beside the law: at others none of them could be right.
+    uneven : mapping of str to str
         Non-linear numbers along which the error is rough: fits on either side are compared block
-        by block. And the share of such a number by which the form itself does not know it.
+        by block. And the number that is the share of such a one by which the form does not know it.
     from_residual : bool
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
+    kinds : tuple of str
+        Non-linear numbers that say which kind of the law it is: tried, but not measured.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
     only_clearly : bool
@@ -141,8 +146,10 @@ class Form:
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     elsewhere: Callable[[Scene, Point, bool], Sequence[Point]] | None = None
     typical: Point = ()
-    uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
+    once_known: Callable[[Scene, Point], Sequence[Point]] | None = None
+    uneven: Mapping[str, str] = field(default_factory=dict, hash=False)
     from_residual: bool = False
+    kinds: tuple[str, ...] = ()
     catch_all: bool = False
     only_clearly: bool = False
     rivals_none: bool = False

@@ -41,7 +41,13 @@ _RUBS, _GAP_TRIALS = (0.05, 0.35), 40
 _HARD, _SOFT, _SWINGS = 1.3, 0.6, 0.4  # cutoffs, damping: contacts to begin anew with
 _ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
 _LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
-_GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
+_SPREAD = 0.07  # share by which one gap differs: a gear's is not the same all the way round
+_UNEVEN = (_SPREAD, 0.0)  # and teeth that only push
+_NEARLY_EVEN, _EVEN = 0.04, 0.01  # the same of gaps that are looked for once the joint is known
+_AROUND = tuple(float(x) for x in np.geomspace(0.86, 1.16, 9))
+_ALL_HZ, _ALL_RINGS = log_grid(0.4, 1.5, 5), (0.15, 0.35)
+_NEAR = (0.97, 0.98, 0.99, 1.0, 1.01, 1.02, 1.03)
+_NEAR_HZ, _NEAR_RINGS = (0.9, 1.0, 1.1), (0.6, 0.8, 1.0)
 _FILM_STEP, _THICKEST = 0.3, 500.0  # share, 1/s: an arm dragged faster than that follows at once
 _HARDEST_SHARE = 0.99  # of the samples are gentler
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
@@ -61,7 +67,7 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
     found = likely_gaps(scene, *_gaps_seen(scene), _GAPS, with_film=_GAPS_WITH_FILM)
     hertz, damping = _CONTACTS[-1]
     shown = tuple(
-        (gap, share, friction, hertz * cutoff, damping, 0.0, _OIL)
+        (gap, share, friction, hertz * cutoff, damping, 0.0, _OIL, *_UNEVEN)
         for gap in _gaps_shown(scene)
         for share in _ARMS
         for friction in _RUBBED
@@ -70,7 +76,7 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
         shown
         + _gaps_in_springs(scene)
         + tuple(
-            (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
+            (wider * gap, share, friction, hertz * cutoff, damping, film, oil, *_UNEVEN)
             for gap, share, friction, film, oil in found
             for wider in (_WIDER_IN_FILM if film else _WIDER)
             for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
@@ -98,7 +104,15 @@ def _gaps_in_springs(scene: Scene) -> tuple[Point, ...]:
         for part, harder in _PARTS
         for rubs in _RUBS
     ]
-    return (*coarse, *downhill(scene, _gap, coarse, _gap_limits(scene), _GAP_TRIALS))
+    near = len(coarse[0]) if coarse else 0
+    found = downhill(
+        scene,
+        lambda there, point: _gap(there, (*point, *_UNEVEN)),
+        coarse,
+        _gap_limits(scene)[:near],
+        _GAP_TRIALS,
+    )
+    return tuple((*point, *_UNEVEN) for point in (*coarse, *found))
 
 
 def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
@@ -109,21 +123,48 @@ def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
     a soft one is looked for as well: some are. A wide gap behind little friction is crossed nearly
     when a narrow one behind more is: every gap has its own arm.
     """
-    half_gap, inertia_share, friction_share, hertz, damping, _, oil = point
+    half_gap, inertia_share, friction_share, hertz, damping, _, oil, *kind = point
     near = tuple(wider * half_gap for wider in _ELSEWHERE)
     hard = _HARD * scene.table.cutoff_hz, _SWINGS
     arms = likeliest_arms(scene, near, inertia_share, friction_share, oil)
     if far:
         arms += likeliest_arms(scene, log_grid(*_gaps_seen(scene), _EACH_GAP))
-    same = [(gap, inertia_share, friction_share, hertz, damping, 0.0, oil) for gap in near]
+    same = [(gap, inertia_share, friction_share, hertz, damping, 0.0, oil, *kind) for gap in near]
     likely = [
-        (wider * gap, share, friction, *hard, film, of_oil)
+        (wider * gap, share, friction, *hard, film, of_oil, *kind)
         for gap, share, friction, film, of_oil in arms
         for wider in _LITTLE_WIDER
     ]
     contacts = (hard, (_SOFT * scene.table.cutoff_hz, _SWINGS)) if far else (hard,)
-    anew = [(gap, inertia_share, friction_share, *c, 0.0, oil) for c in contacts for gap in near]
+    anew = [
+        (gap, inertia_share, friction_share, *c, 0.0, oil, *kind) for c in contacts for gap in near
+    ]
     return (*same, *likely, *anew)
+
+
+def _even_gaps(scene: Scene, point: Point) -> Sequence[Point]:
+    """Return gaps that are nearly the same all the way round, around one that is less so.
+
+    Near paths of an arm that bounces go apart, so that their mean is smoother than any of them, and
+    its contact duller than the joint's. Once the twin's numbers are known, one path says more: the
+    teeth may push alone, or have a damper that pulls as well. First all contacts, and gaps that
+    differ by less; then near the best of these one that hardly does.
+    """
+    half_gap, share, friction, hertz, damping, film, oil, spread, _ = point
+    gaps: Sequence[float] = _NEAR
+    evener = _EVEN
+    contacts = [(h * hertz, z * damping) for h in _NEAR_HZ for z in _NEAR_RINGS]
+    if spread > _NEARLY_EVEN:
+        gaps, evener = _AROUND, _NEARLY_EVEN
+        contacts += [(h * scene.table.cutoff_hz, z) for h in _ALL_HZ for z in _ALL_RINGS]
+    dragged = sorted({(0.0, 0.0), (friction, oil)})
+    return [
+        (wider * half_gap, share, rubs, *contact, film, oiled, evener, parting)
+        for wider in gaps
+        for contact in contacts
+        for rubs, oiled in dragged
+        for parting in (0.0, 1.0)
+    ]
 
 
 def _gaps_shown(scene: Scene) -> Sequence[float]:
@@ -148,13 +189,15 @@ def _gap_step(scene: Scene) -> Point:
     del scene
     # A gap without a film is kept without: a thin one makes up for whatever else is not right.
     steps = Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3
-    return (*steps, Proportional(_FILM_STEP), 0.04)
+    # Which kind of contact it is, is tried and not moved.
+    return (*steps, Proportional(_FILM_STEP), 0.04, 0.0, 0.0)
 
 
 def _gap_limits(scene: Scene) -> Limits:
     widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
     shares = (0.01, 1.0), (0.0, ALL_FRICTION)
-    return ((0.0, widest), *shares, *swing_limits(scene), (0.0, _THICKEST), (0.0, ALL_FRICTION))
+    dragged = (0.0, _THICKEST), (0.0, ALL_FRICTION)
+    return ((0.0, widest), *shares, *swing_limits(scene), *dragged, (0.0, 1.0), (0.0, 1.0))
 
 
 def _gap(scene: Scene, point: Point) -> Floats:
@@ -163,12 +206,15 @@ def _gap(scene: Scene, point: Point) -> Floats:
     The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
     by next to nothing, so that one path is no prediction, and the best of many paths is luck.
     """
-    half_gap, inertia_share, friction_share, hz, damping, film, oil_share = point
+    half_gap, inertia_share, friction_share, hz, damping, film, oil_share, spread, parts = point
     oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
     friction = max(friction_share, 0.0) * slowing_rad_s2(scene) / inertia_share
     reach = _gap_yields_rad(scene)
-    arm = HiddenArm(hz, damping, friction, reach, half_gap, inertia_share, film, oil)
-    return stack(mean_extra_rad_s2(arm, [width * half_gap for width in _GAP_WIDTHS], scene))
+    arm = HiddenArm(
+        hz, damping, friction, reach, half_gap, inertia_share, film, oil, parting_share=parts
+    )
+    widths = (1.0 - spread, 1.0, 1.0 + spread) if spread else (1.0,)
+    return stack(mean_extra_rad_s2(arm, [width * half_gap for width in widths], scene))
 
 
 def _oiled(scene: Scene) -> float:
@@ -185,11 +231,15 @@ def _gap_yields_rad(scene: Scene) -> float:
 
 
 def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
-    """Return the point at which an arm behind a gap has the friction that it had before."""
-    half_gap, share, friction, *contact, oil = point
-    friction = same_friction(before, now, friction)
-    oil *= _oiled(before) / max(_oiled(now), 1e-300)
-    return (half_gap, share, friction, *contact, min(oil, ALL_FRICTION))
+    """Return the point at which an arm behind a gap is the arm that it was before.
+
+    As heavy, and with the same friction: an arm a hundredth heavier is let go and met elsewhere.
+    """
+    half_gap, share, friction, *contact, oil, spread, parting = point
+    lighter = min(inertia_of(before) / inertia_of(now), 1.0 / share)
+    friction = same_friction(before, now, friction) * lighter
+    oil = min(oil * lighter * _oiled(before) / max(_oiled(now), 1e-300), ALL_FRICTION)
+    return (half_gap, share * lighter, friction, *contact, oil, spread, parting)
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -204,7 +254,11 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
         "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
         "arm_viscous_nm_s_per_rad": max(values["arm_viscous_share"] * float(scene.theta[1]), 0.0),
     }
-    uneven = {**gap, **spring, "half_gap_spread": _GAP_WIDTHS[-1] - 1.0}
+    if values["parting_damping_share"]:
+        gap["parting_damping_share"] = min(values["parting_damping_share"], 1.0)
+    if not values["half_gap_spread"]:
+        return best_entry(scene, "backlash", [{**gap, **spring}])
+    uneven = {**gap, **spring, "half_gap_spread": values["half_gap_spread"]}
     # What one path of the arm makes better is better in the mean of three, which takes as long.
     helps = best_entry(scene, "backlash", [{**gap, **spring}])
     return (uneven,) if helps else best_entry(scene, "backlash", [uneven])
@@ -253,6 +307,8 @@ FORMS: tuple[Form, ...] = (
             "damping_ratio",
             "film_per_s",
             "arm_viscous_share",
+            "half_gap_spread",
+            "parting_damping_share",
         ),
         _gap_grid,
         (1,),
@@ -264,7 +320,9 @@ FORMS: tuple[Form, ...] = (
         rests_on_numbers=True,
         same_beside=_same_gap,
         elsewhere=_other_gaps,
-        uneven={"half_gap_rad": _GAP_WIDTHS[-1] - 1.0},
+        once_known=_even_gaps,
+        uneven={"half_gap_rad": "half_gap_spread"},
+        kinds=("half_gap_spread", "parting_damping_share"),
         assumes={"arm_friction_share": _RESTS_ON_YIELD},
         from_residual=True,
     ),

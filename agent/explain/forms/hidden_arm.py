@@ -52,6 +52,8 @@ class HiddenArm:
     stiffening_per_rad2 : float
         By which share of itself the spring is stiffer at a twist of 1 rad, seen from the motor; it
         grows with the twist's square.
+    parting_share : float
+        Share of the damping of teeth in contact that holds them back as they part.
     """
 
     frequency_hz: float
@@ -65,6 +67,7 @@ class HiddenArm:
     stiffening_per_rad2: float = 0.0
     holds_rad_s2: float = 0.0
     travel_rad: float = 1.0
+    parting_share: float = 0.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, (N,)."""
@@ -132,6 +135,7 @@ class HiddenArm:
                 reach,
                 np.array(half_gaps_rad, dtype=np.float64),
                 self.film_per_s,
+                self.parting_share,
                 self.stiffening_per_rad2,
                 held,
                 int(several),

@@ -180,6 +180,9 @@ def _nonlinear(
     form = term.scored.form
     out = {}
     for number, name in enumerate(form.nonlinear):
+        if name in form.kinds:
+            out[name] = Parameter(float(term.candidate.point[number]), None)
+            continue
         within = None
         if (index, number) in places:
             at, value = places[index, number], float(term.candidate.point[number])

@@ -92,7 +92,7 @@ def compared(
     if not (math.isfinite(low) and math.isfinite(high)):
         return Parameter.not_identified("the squared error hardly depends on it", value)
     known = at_least or (value, value)
-    resolved = form.uneven[form.nonlinear[number]] * value
+    resolved = start[form.nonlinear.index(form.uneven[form.nonlinear[number]])] * value
     below = math.hypot(value - min(low, known[0]), resolved)
     above = math.hypot(max(high, known[1]) - value, resolved)
     return Parameter(value, (value - below, value + above))

@@ -50,6 +50,7 @@ class Carrier:
     arm_viscous_nm_s_per_rad: float = 0.0
     hysteresis_nm: float = 0.0
     hysteresis_travel_rad: float = 1.0
+    parting_damping_share: float = 0.0
 
     def extra_nm(self, motion: Motion, base: Base, widths: Sequence[float] = (1.0,)) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
@@ -134,6 +135,7 @@ class Carrier:
             self.arm_viscous_nm_s_per_rad,
             self.hysteresis_nm,
             self.hysteresis_travel_rad,
+            self.parting_damping_share,
         )
         shaft = np.full_like(motion.velocity_rad_s, np.nan)
         shaft[known] = np.mean(each, axis=0)[own]
@@ -262,6 +264,13 @@ _GAP = {
     "film_damping_nm_s_per_rad": not_negative(
         0.0, "of what is between the teeth: it drags the arm along while they are apart"
     ),
+    "parting_damping_share": Parameter(
+        0.0,
+        lower=0.0,
+        upper=1.0,
+        meaning="share of the contact's damping that holds the teeth back as they part; 1: a plain"
+        " damper beside the spring, 0: teeth that only push",
+    ),
 }
 _ARM_FRICTION = {
     "arm_coulomb_nm": not_negative(
@@ -330,9 +339,7 @@ CARDS = (
                         meaning=TwoMass.law.parameters["arm_inertia_kg_m2"]
                     ),
                     "stiffness_nm_per_rad": positive(),
-                    "damping_nm_s_per_rad": not_negative(
-                        0.0, "d, of the teeth in contact; they push, and do not pull"
-                    ),
+                    "damping_nm_s_per_rad": not_negative(0.0, "d, of the teeth in contact"),
                     **_ARM_FRICTION,
                 },
                 _gap_alone,

@@ -60,5 +60,6 @@ def shaken_nm(
         0.0,
         0.0,
         _ANY_RAD,
+        0.0,
     )
     return out

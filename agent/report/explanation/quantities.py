@@ -51,6 +51,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "gravity_sin_nm": "Gravity missing, sine of the arm angle",
         "half_gap_rad": "Half of the gap, motor angle",
         "half_gap_spread": "Share by which the gap differs along its turn",
+        "parting_damping_share": "Share of the contact's damping that holds parting teeth back",
         "height_nm": "Height",
         "hysteresis_nm": "Inner friction",
         "hysteresis_travel_arm_rad": "Travel of the inner friction, arm angle",

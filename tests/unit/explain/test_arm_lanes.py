@@ -11,17 +11,18 @@ from agent.physics.kernels_arm import shaft_rad_s2
 
 
 @pytest.mark.parametrize(
-    ("half_gaps", "film", "stiffening", "holds"),
+    ("half_gaps", "film", "stiffening", "holds", "parting"),
     [
-        ([0.0], 0.0, 0.0, 0.0),
-        ([0.003], 0.0, 0.0, 0.0),
-        ([0.002, 0.003, 0.005], 40.0, 0.0, 0.0),
-        ([0.0], 0.0, 900.0, 0.0),
-        ([0.0], 0.0, 0.0, 200.0),
+        ([0.0], 0.0, 0.0, 0.0, 0.0),
+        ([0.003], 0.0, 0.0, 0.0, 0.0),
+        ([0.002, 0.003, 0.005], 40.0, 0.0, 0.0, 0.0),
+        ([0.002, 0.003, 0.005], 0.0, 0.0, 0.0, 0.7),
+        ([0.0], 0.0, 900.0, 0.0, 0.0),
+        ([0.0], 0.0, 0.0, 200.0, 0.0),
     ],
 )
 def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
-    half_gaps: list[float], film: float, stiffening: float, holds: float
+    half_gaps: list[float], film: float, stiffening: float, holds: float, parting: float
 ) -> None:
     rng = np.random.default_rng(0)
     lengths = np.array([400, 371, 5, 1, 222, 300, 40, 399, 120, 77, 310])  # more than lanes
@@ -33,7 +34,7 @@ def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
     arm, rest = (
         (2.0 * math.pi * 30.0, 0.2, 0.005),
-        (film, stiffening, (holds, 0.004) if holds else None),
+        (film, parting, stiffening, (holds, 0.004) if holds else None),
     )
     gaps = np.array(half_gaps)
     together, alone = np.full((2, gaps.size, stops[-1]), np.nan)

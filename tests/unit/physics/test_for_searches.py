@@ -103,19 +103,21 @@ def test_a_limit_and_a_weight_of_plain_numbers_are_the_laws() -> None:
 
 
 @pytest.mark.parametrize(
-    ("half_gap", "stiffening", "holds", "heavy_nm"),
+    ("half_gap", "stiffening", "holds", "heavy_nm", "parting"),
     [
-        (0.0, 0.0, 0.0, 0.0),
-        (0.0, 3.0, 0.0, 0.0),
-        (0.05, 0.0, 0.0, 0.0),
-        (0.05, 3.0, 0.0, 0.0),
-        (0.0, 0.0, 60.0, 0.0),
-        (0.0, 0.0, 0.0, 0.9),
-        (0.05, 0.0, 0.0, 0.9),
+        (0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, 3.0, 0.0, 0.0, 0.0),
+        (0.05, 0.0, 0.0, 0.0, 0.0),
+        (0.05, 3.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 60.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0, 0.9, 0.0),
+        (0.05, 0.0, 0.0, 0.9, 0.0),
+        (0.05, 0.0, 0.0, 0.9, 1.0),
+        (0.05, 0.0, 0.0, 0.0, 0.4),
     ],
 )
 def test_the_arm_of_searches_is_the_arm_of_the_twin(
-    half_gap: float, stiffening: float, holds: float, heavy_nm: float
+    half_gap: float, stiffening: float, holds: float, heavy_nm: float, parting: float
 ) -> None:
     """A heavy arm hangs where it is, and not where the motor is: a hundredth of its weight."""
     inertia, omega, damping, reach, film = 0.004, 2.0 * math.pi * 8.0, 0.15, 0.02, 2.0
@@ -137,6 +139,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         reach,
         np.array([half_gap]),
         film,
+        parting,
         stiffening,
         (holds, 0.03) if holds else None,
         40,
@@ -163,6 +166,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         0.0,
         inertia * holds,
         0.03,
+        parting,
     )
     # The starts differ: one arm follows the motor's speed, the other its acceleration as well.
     settled = TIME > 1.0
