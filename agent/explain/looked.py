@@ -14,7 +14,12 @@ from agent.explain.asked import Asked, tabulated
 from agent.explain.carried import carried_by_some, weightless_said
 from agent.explain.carrying import Given, studied
 from agent.explain.choosing.search import DELAY
-from agent.explain.numbers.late_velocity import hides_in, hides_much
+from agent.explain.numbers.late_velocity import (
+    hides_in,
+    is_much,
+    later_than_usual,
+    may_be_velocitys,
+)
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.rows.creep import creep_beside, without_creep
@@ -25,6 +30,9 @@ from agent.explain.study import Study
 from agent.explain.undecidable import undecidable
 from agent.identify.result import Parameter
 from agent.physics.twin import Twin
+
+_WAVES = frozenset({"kinematic-error", "resolver-error"})
+_CLEARLY, _AS_LITTLE = 0.85, 1.02  # of what is left
 
 
 @dataclass(frozen=True)
@@ -118,17 +126,25 @@ def in_step_where_much_is_left(
     """Return what is found in step with the position, where that leaves less.
 
     That is asked only where far more than noise is left beside a velocity later than any usually
-    is.
+    is, or where one is told beside a wave. Such a delay keeps its name unless what is left is
+    clearly less in step; but a wave that is computed of a late motion has another phase at every
+    speed, and beside one nothing more needs to be left.
     """
     known, found = looked.known, looked.found
-    if known.aligned is not None or _delays(found) or not hides_much(found.left, looked.table):
+    if known.aligned is not None or not later_than_usual(looked.table):
+        return looked
+    delays, waves = _delays(found), not _WAVES.isdisjoint(_effects(found))
+    if not all(may_be_velocitys(delay, looked.table) for delay in delays):
+        return looked
+    if not (delays and waves) and not is_much(found.left):
         return looked
     as_it_is = replace(looked, known=replace(known, aligned=False))
     try:
         in_step = looked_at(twin, runs, holdout, replace(known, aligned=True))
     except NotAskableError:
         return as_it_is
-    return in_step if in_step.found.left.left_nm <= found.left.left_nm else as_it_is
+    most = (_AS_LITTLE if waves else _CLEARLY) if delays else 1.0
+    return in_step if in_step.found.left.left_nm <= most * found.left.left_nm else as_it_is
 
 
 def better_known(looked: Looked) -> Known | None:
@@ -156,6 +172,10 @@ def _creep_beside(found: Study, table: Table) -> float:
 def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
     """Return by what half a sample the torque was found to be late; 0 where it is not."""
     return sum(half_a_sample_s(delay, runs) for delay in _delays(found))
+
+
+def _effects(found: Study) -> set[str]:
+    return {term.scored.form.effect for term in found.model.terms}
 
 
 def _delays(found: Study) -> list[Parameter]:

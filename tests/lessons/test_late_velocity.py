@@ -10,7 +10,11 @@ import pytest
 
 from agent.explain.explain import explain
 from agent.explain.left import Left
-from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_much
+from agent.explain.numbers.late_velocity import (
+    ToldAgainstItError,
+    is_much,
+    later_than_usual,
+)
 from agent.explain.rows.table import Table, tabulate
 from agent.explain.study import study
 from tests.unit.explain.test_alignment import LATE_S, TWIN, run
@@ -50,4 +54,4 @@ def test_a_velocity_far_too_late_is_brought_in_step_where_more_than_noise_is_lef
     left = cast("Left", SimpleNamespace(over_floor=over_floor, without_measure=False))
     pieces = (SimpleNamespace(period_s=2e-3),)
     table = SimpleNamespace(velocity_late_s=late_s, aligned=False, pieces=pieces)
-    assert hides_much(left, cast("Table", table)) is hides
+    assert (is_much(left) and later_than_usual(cast("Table", table))) is hides

@@ -31,6 +31,7 @@ _NOISE_KNOWN = 0.05  # of its energy
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
 _PULLS = frozenset({WEIGHT, *LIKE_A_WEIGHT})
+_EXACT = frozenset({WEIGHT, "torque-offset", "direction-asymmetry"})  # a sine, and constants
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _OF_WAVES = frozenset({"torque-ripple", "kinematic-error", "resolver-error"})
 _ARMS = frozenset({"joint-flexibility", "backlash"})
@@ -115,8 +116,10 @@ def with_rivals(
             bear = [term for term in tuned if term.form.effect not in no_bearing]
             blocks = None if by_warmth else _retuned(library, others, bear, other)
             surely = blocks is not None and _is_plainly_behind(own.blocks, blocks, size)
-            if blocks is None or not surely or not _is_misshapen(own.blocks, blocks, noise):
-                # No law's form is so exact that missing a few percent of the gain refutes a rival.
+            exact = WEIGHT in {effect, best.form.effect} and {effect, best.form.effect} <= _EXACT
+            misshapen = blocks is not None and _is_misshapen(own.blocks, blocks, noise)
+            if not surely or not (exact or misshapen):
+                # Few laws' forms are so exact that missing a few percent of the gain refutes one.
                 behind = per_share * missed
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]

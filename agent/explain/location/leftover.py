@@ -81,8 +81,12 @@ def left_where(
     between = _between_recordings(left)
     if between is not None and (first is None or between.share > _CLEARLY * first.share):
         first, out = between, [*between.regions]
-    if not out and first is None:
-        return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
+    if first is None:
+        # What no number that varies carries comes and goes by itself: its spells say more than an
+        # axis along which it is nearly everywhere.
+        spells = spells_of(scene.table, rows, left_nm, floor_nm, independent)
+        if spells is not None or not out:
+            return LeftWhere(spells=spells)
     return LeftWhere(_places(out, left.row_s * rows.shape[0])[:_MOST_REGIONS], first)
 
 

@@ -13,6 +13,7 @@ from agent.identify.result import Parameter
 
 _DELAY = "torque_delay_s"
 _SAME = 0.25  # of the lag: a filter's is not the same at all frequencies
+_AT_MOST = 1.5  # times the lag
 _COUNTS = 0.1  # of a delay without an interval: a velocity's lag that changes what is told
 
 
@@ -75,20 +76,32 @@ def surely_hides_in(delay_s: float, table: Table) -> bool:
     return table.in_step_for_a_delay and hides_in(Parameter(delay_s, None), table)
 
 
-def hides_much(left: Left, table: Table) -> bool:
-    """Return whether more than noise is left, and the velocity later than any usually is.
+def may_be_velocitys(delay: Parameter, table: Table) -> bool:
+    """Return whether a torque's lead may be what a velocity that is late looks like.
 
-    A velocity that alone is so late has a delay's name. Beside something far greater it has none,
-    and bends its numbers; that it is late shows in the motion, whatever the torque says.
+    Beside a law that is made of a late motion it is seldom the whole of the velocity's lag.
 
     Parameters
     ----------
-    left : Left
-        By all that was found, no delay among it.
+    delay : Parameter
+        Of the torque, in seconds.
     table : Table
         Of the recordings.
     """
-    late_s = abs(table.velocity_late_s)
+    return 0.0 < -delay.value / table.velocity_late_s < _AT_MOST if table.velocity_late_s else False
+
+
+def later_than_usual(table: Table) -> bool:
+    """Return whether the velocity is not in step, and later than any usually is between samples."""
+    late_s = table.velocity_late_s
     usual = any(is_part_of_sample(late_s, piece.period_s) for piece in table.pieces)
-    more = left.over_floor > CLOSE or left.without_measure
-    return more and not usual and not table.aligned
+    return bool(late_s) and not usual and not table.aligned
+
+
+def is_much(left: Left) -> bool:
+    """Return whether more than noise is left by all that was found.
+
+    A velocity that alone is late has a delay's name. Beside something far greater it has none, and
+    bends its numbers; that it is late shows in the motion, whatever the torque says.
+    """
+    return left.over_floor > CLOSE or left.without_measure

@@ -86,6 +86,8 @@ def _sizes(table: Table, pieces: Sequence[Piece]) -> tuple[float, float]:
         for velocity in velocities
         for first in range(0, velocity.shape[0] - _SEGMENT + 1, _SEGMENT // 2)
     ]
+    # What is reported in steps may stand still in most of them: no noise is read off there.
+    segments = [segment for segment in segments if np.ptp(segment) > 0.0]
     if not segments:
         rough = np.concatenate([np.diff(velocity, n=3) for velocity in velocities])
         return (float(np.sqrt(np.mean(rough**2) / 20.0)) if rough.size else 0.0), 0.0
@@ -99,6 +101,9 @@ def _sizes(table: Table, pieces: Sequence[Piece]) -> tuple[float, float]:
     level = np.median(power[:, high], axis=0) / _MEDIAN / once[high] ** 3
     pad = np.pad(level, _SMOOTHED // 2, mode="edge")
     level = np.median(np.lib.stride_tricks.sliding_window_view(pad, _SMOOTHED), axis=1)
-    laws = np.stack((np.ones_like(level), once[high]), axis=-1)
-    found = nnls(laws / level[:, np.newaxis], np.ones_like(level))[0]
+    there = level > 0.0
+    if not there.any():
+        return 0.0, 0.0
+    laws = np.stack((np.ones_like(level), once[high]), axis=-1)[there]
+    found = nnls(laws / level[there, np.newaxis], np.ones(laws.shape[0]))[0]
     return math.sqrt(found[0]), math.sqrt(found[1])

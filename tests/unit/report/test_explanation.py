@@ -427,6 +427,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "shape_exponent",
         "factor",
         "half_gap_spread",
+        "parting_damping_share",
         "lever_ratio",
         "yielding_share",
         "load_coefficient",
