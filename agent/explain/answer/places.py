@@ -23,6 +23,7 @@ _AXES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
     }
 )
 _NOTHING = 0.01  # of the fastest speed
+_ZERO = 1e-3  # of an axis' other end: at rest, but for noise
 _LINE = 1.2  # of the lowest frequency: what is wider is a resonance, which the motion excites
 _EVERYWHERE: Mapping[str, str] = MappingProxyType(
     {
@@ -81,6 +82,7 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     if name == "frequency_hz":
         return _at_frequencies(low, high, effect)
     said, scale, unit = _AXES.get(name, (f"at {name}", 1.0, ""))
+    low, high = (end if abs(end) > _ZERO * max(-low, high) else 0.0 for end in (low, high))
     if _short(scale * low) == _short(scale * high):
         return f"{said} around {_short(scale * low)} {unit}".rstrip()
     return f"{said} from {_short(scale * low)} to {_short(scale * high)} {unit}".rstrip()

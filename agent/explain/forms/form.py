@@ -102,6 +102,10 @@ class Form:
         by block. And the number that is the share of such a one by which the form does not know it.
     from_residual : bool
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
+    is_a_mean : callable, optional
+        Point to whether the law is the mean over several there, and duller than each of them.
+    duller : tuple of str
+        Non-linear numbers that make up for that where more than noise is left.
     kinds : tuple of str
         Non-linear numbers that say which kind of the law it is: tried, but not measured.
     catch_all : bool
@@ -149,6 +153,8 @@ class Form:
     once_known: Callable[[Scene, Point], Sequence[Point]] | None = None
     uneven: Mapping[str, str] = field(default_factory=dict, hash=False)
     from_residual: bool = False
+    is_a_mean: Callable[[Point], bool] | None = None
+    duller: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
     catch_all: bool = False
     only_clearly: bool = False

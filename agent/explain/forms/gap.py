@@ -45,9 +45,9 @@ _SPREAD = 0.07  # share by which one gap differs: a gear's is not the same all t
 _UNEVEN = (_SPREAD, 0.0)  # and teeth that only push
 _NEARLY_EVEN, _EVEN = 0.04, 0.01  # the same of gaps that are looked for once the joint is known
 _AROUND = tuple(float(x) for x in np.geomspace(0.86, 1.16, 9))
-_ALL_HZ, _ALL_RINGS = log_grid(0.4, 1.5, 5), (0.15, 0.35)
+_ALL_HZ, _ALL_RINGS = log_grid(0.4, 2.5, 6), (0.15, 0.35)
 _NEAR = (0.97, 0.98, 0.99, 1.0, 1.01, 1.02, 1.03)
-_NEAR_HZ, _NEAR_RINGS = (0.9, 1.0, 1.1), (0.6, 0.8, 1.0)
+_NEAR_HZ, _NEAR_RINGS = (0.9, 1.0, 1.1, 1.5), (0.6, 0.8, 1.0)
 _FILM_STEP, _THICKEST = 0.3, 500.0  # share, 1/s: an arm dragged faster than that follows at once
 _HARDEST_SHARE = 0.99  # of the samples are gentler
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
@@ -279,6 +279,11 @@ def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> N
         )
 
 
+def _is_uneven(point: Point) -> bool:
+    """Return whether it is the mean over gaps that differ by more than the least that is tried."""
+    return point[-2] > _EVEN
+
+
 def is_a_spring(scene: Scene, form: Form, point: Point) -> bool:
     """Return whether it is a gap of next to nothing beside what its own contact gives way by."""
     if form not in FORMS:
@@ -322,6 +327,8 @@ FORMS: tuple[Form, ...] = (
         elsewhere=_other_gaps,
         once_known=_even_gaps,
         uneven={"half_gap_rad": "half_gap_spread"},
+        is_a_mean=_is_uneven,
+        duller=("contact_hz", "damping_ratio"),
         kinds=("half_gap_spread", "parting_damping_share"),
         assumes={"arm_friction_share": _RESTS_ON_YIELD},
         from_residual=True,

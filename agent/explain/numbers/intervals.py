@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.choosing.materiality import FAR, noise_energy
 from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
@@ -21,6 +22,7 @@ from agent.identify.result import Floats, Parameter
 
 _TOGETHER = "known only together with a number that the squared error hardly depends on"
 _AS_PRODUCT = "known only together with its law's other numbers"
+_BOUNCES = "known only where one path of an arm that bounces is foretold"
 _WILD = 40.0  # times a number: so wide an interval with zero in it says that nothing is known
 _NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
@@ -178,6 +180,8 @@ def _nonlinear(
     """Return a term's non-linear numbers with their intervals, within what physics allows."""
     term = model.terms[index]
     form = term.scored.form
+    mean = form.is_a_mean is not None and form.is_a_mean(term.candidate.point)
+    dull = form.duller if mean and _more_than_noise(library, model) else ()
     out = {}
     for number, name in enumerate(form.nonlinear):
         if name in form.kinds:
@@ -192,9 +196,19 @@ def _nonlinear(
                 max(value + float(reach.below[at]), min(low, value)),
                 min(value + float(reach.above[at]), max(high, value)),
             )
+        if name in dull:
+            out[name] = Parameter.not_identified(_BOUNCES, float(term.candidate.point[number]))
+            continue
         interval = compared if name in form.uneven else profiled
         out[name] = interval(library, model.terms, index, number, within)
     return out
+
+
+def _more_than_noise(library: Library, model: Model) -> bool:
+    """Return whether a model leaves so much more than noise that it misses something."""
+    noise = noise_energy(library, [t.candidate for t in model.terms])
+    left = model.residual_nm * library.weighing.weight
+    return float(left @ left) > FAR**2 * noise
 
 
 def _widened(parameter: Parameter, reach: Reach, at: int) -> Parameter:
