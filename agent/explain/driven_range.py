@@ -98,10 +98,14 @@ def own_law_unseen(found: Study) -> str:
     )
 
 
+def or_warmth(found: Study, effect: str) -> bool:
+    """Return whether an effect may be the gear's warmth as well, as no temperature was recorded."""
+    return effect == "friction-drift" and not found.table.has(_GEARBOX)
+
+
 def may_be_warmth(found: Study) -> str:
     """Return that friction told as changing with time may follow the gear's warmth; or nothing."""
-    drifts = any(term.scored.form.effect == "friction-drift" for term in found.choice.terms)
-    if not drifts or found.table.has(_GEARBOX):
+    if not any(or_warmth(found, term.scored.form.effect) for term in found.choice.terms):
         return ""
     return (
         "no gearbox temperature was recorded, and a gear that is warm from being driven, or cold "

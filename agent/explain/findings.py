@@ -16,6 +16,7 @@ from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
+from agent.explain.driven_range import or_warmth
 from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.drift import changed_between
 from agent.explain.forms.form import Form
@@ -121,6 +122,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         beside_numbers=bool(study.numbers),
         in_twin=study.in_twin(form),
         beside=_said_already(study.twin, form.effect),
+        or_warmth=or_warmth(study, form.effect),
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
     if clipped is not None:

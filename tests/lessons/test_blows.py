@@ -140,7 +140,7 @@ def test_a_soft_gear_that_rings_is_no_gap_of_no_width(half_gap: float, expected:
     ranked = library.rank([])
     best = ranked[0]
     if half_gap == 0.0:
-        point = (1e-4, 0.5, 0.3, best.candidate.point[0], 0.2, 0.0, 0.0)
+        point = (1e-4, 0.5, 0.3, best.candidate.point[0], 0.2, 0.0, 0.0, 0.07, 0.0)
         narrow = library.candidate(gap.FORMS[0], point)
         ranked.append(Scored(narrow, np.ones(1), 0.0, library.errors([narrow])))
     plain = library.errors([])

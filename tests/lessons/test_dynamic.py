@@ -171,7 +171,7 @@ def test_a_gap_is_found_from_the_valley_of_another_and_its_interval_holds_it() -
     """
     library = library_of((GAP, 0.0, True))
     found = best("backlash", library)
-    wrong = library.candidate(found.form, (0.002, 0.52, 0.28, 20.0, 0.9, 15.0, 0.0))
+    wrong = library.candidate(found.form, (0.002, 0.52, 0.28, 20.0, 0.9, 15.0, 0.0, 0.07, 0.0))
     downhill = library.deeper(wrong, basis_of(library.base), library.target)
     assert downhill.point[0] < 0.0037
     stuck = replace(found, candidate=downhill, blocks=library.errors([downhill]))
@@ -212,7 +212,7 @@ def test_a_gap_shows_in_a_narrow_band_behind_an_arm_that_oil_brakes_as_well() ->
 def test_a_gap_that_is_lost_in_the_twist_of_its_own_contact_is_a_spring() -> None:
     """A gear of 90 Hz without play had been named a clearance of 0.8 mrad at the motor."""
     (gap,) = forms_gap.FORMS
-    values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0, 0.0), strict=True))
+    values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0, 0.0, 0.07, 0.0), strict=True))
     with pytest.raises(TwinError, match="lost in a contact"):
         gap.to_twin(seen(SOFT), values)
 

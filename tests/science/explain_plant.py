@@ -52,6 +52,7 @@ class Joint(NamedTuple):
     cubic: float = 0.0  # N m/rad3, of the gear: its spring stiffens
     held: float = 0.0  # N m, what the gear's inner friction holds: half of it early, half later
     held_over: float = 0.01  # rad of twist, and three times that
+    parting: float = 0.0  # share of the damping that holds parting teeth back; 1: a plain damper
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -118,9 +119,11 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
         shaft = 0.0
         if open_ > 0.0:
             spring = (j.stiffness + j.cubic * open_**2) * open_
-            shaft = math.copysign(spring, twist) + j.damping * (geared * v - speed)
-            if j.half_gap > 0.0 and shaft * twist < 0.0:
-                shaft = 0.0
+            drag = j.damping * (geared * v - speed)
+            shaft = math.copysign(spring, twist) + drag
+            least = math.copysign(j.parting * drag, -twist)
+            if j.half_gap > 0.0 and (shaft - least) * twist < 0.0:
+                shaft = least
         shaft += j.film * (geared * v - speed) + 0.5 * j.held * (early + later)
         wound = dt * (geared * v - speed) / j.held_over
         early = min(max(early + wound, -1.0), 1.0)

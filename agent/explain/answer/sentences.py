@@ -17,6 +17,7 @@ from agent.numbers import significant
 _SHOWS_THERE, _TIMES_MORE = 0.2, 3.0  # of what is left; of its usual share
 RIGHT_AFTER_S = 0.1
 _THAN = " than the simulation"
+_OR_WARMTH = ", or with the gear's warmth, which was not recorded,"
 LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
@@ -47,6 +48,7 @@ def finding_sentence(
     beside_numbers: bool = False,
     in_twin: bool = True,
     beside: Mapping[str, float] = MappingProxyType({}),
+    or_warmth: bool = False,
 ) -> Said:
     """Return what is said of a finding: where, how much, what it is, how much it explains.
 
@@ -68,12 +70,15 @@ def finding_sentence(
         Whether the extended twin has it: what no simulation bears out explains nothing yet.
     beside : mapping of str to float
         Numbers that the simulation has in such laws already: what is found comes on top of them.
+    or_warmth : bool
+        Whether the gear's warmth, which nobody recorded, may do the same.
     """
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
     detail = _detail(effect, parameters, beside)
     called = law_name(effect, parameters)
     name = f"{called} ({detail})" if detail else called
+    name += _OR_WARMTH if or_warmth else ""
     whole = shared("", beside_numbers=beside_numbers)
     carried = f"{percent(max(energy_share, LITTLE))} of {whole}"
     if in_twin:

@@ -23,6 +23,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats
 
+_HARDLY = 0.2  # of what all effects remove together
 _Adds = TypeVar("_Adds", bound=Callable[[Scene], Floats])
 
 
@@ -53,7 +54,9 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     What the refitted twin leaves, less what it would leave if the joint had all effects but this
     one. What two effects carry together, as both turn with the velocity, is in both shares, and
     what they take from each other in neither. How well the other terms would stand in for the
-    missing one, were they fitted anew, is no part of it.
+    missing one, were they fitted anew, is no part of it. Unless they take nearly all of it from
+    each other, as a wobble and the soft gear that it shakes may: then a share is what is left
+    without the effect, the others fitted anew.
 
     Parameters
     ----------
@@ -75,6 +78,11 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
             gone = gone + later @ numbers[:own]
         without = sliding_nm2(library, _refitted(library, library.target - gone))
         out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
+    if above > 0.0 and sum(out) < _HARDLY * (plain - full) / above:
+        for index in range(len(terms)):
+            others = [term for i, term in enumerate(terms) if i != index]
+            without = sliding_nm2(library, library.residual(others))
+            out[index] = min(max((without - full) / above, 0.0), 1.0)
     return tuple(out)
 
 
