@@ -37,7 +37,7 @@ def noisy_rigid_joint() -> Library:
 
 def test_an_arm_that_floats_while_speeds_are_held_is_no_gap() -> None:
     library = noisy_rigid_joint()
-    floating = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0, 0.0))
+    floating = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0, 0.0, 0.07, 0.0))
     chosen = replace(choose(library), terms=())
     assert afloat(library, chosen) == set()
     with pytest.MonkeyPatch.context() as patch:
@@ -48,7 +48,7 @@ def test_an_arm_that_floats_while_speeds_are_held_is_no_gap() -> None:
 def test_an_arm_that_rattles_at_held_speeds_is_one() -> None:
     """A wrist in play was flicker noise: 2.6 mN m were left, where noise was 1.8."""
     library = noisy_rigid_joint()
-    rattling = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0, 0.0))
+    rattling = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0, 0.0, 0.07, 0.0))
     shaken = library.base[:, 0] * TWIN.inertia_kg_m2  # no noise: the motor moves so, and asks
     noise = 0.1 * np.std(rattling.columns) * np.random.default_rng(1).standard_normal(shaken.size)
     library = replace(library, target=shaken + rattling.columns.sum(axis=1) + noise)

@@ -104,8 +104,9 @@ class Form:
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     is_a_mean : callable, optional
         Point to whether the law is the mean over several there, and duller than each of them.
-    duller : tuple of str
-        Non-linear numbers that make up for that where more than noise is left.
+    roughly : mapping of str to float
+        Non-linear numbers that make up for that where more than noise is left; and the share of
+        each by which luck moves it elsewhere.
     kinds : tuple of str
         Non-linear numbers that say which kind of the law it is: tried, but not measured.
     catch_all : bool
@@ -154,7 +155,7 @@ class Form:
     uneven: Mapping[str, str] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     is_a_mean: Callable[[Point], bool] | None = None
-    duller: tuple[str, ...] = ()
+    roughly: Mapping[str, float] = field(default_factory=dict, hash=False)
     kinds: tuple[str, ...] = ()
     catch_all: bool = False
     only_clearly: bool = False

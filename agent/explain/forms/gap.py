@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -328,7 +329,7 @@ FORMS: tuple[Form, ...] = (
         once_known=_even_gaps,
         uneven={"half_gap_rad": "half_gap_spread"},
         is_a_mean=_is_uneven,
-        duller=("contact_hz", "damping_ratio"),
+        roughly=MappingProxyType({"contact_hz": 0.02, "damping_ratio": 0.08}),
         kinds=("half_gap_spread", "parting_damping_share"),
         assumes={"arm_friction_share": _RESTS_ON_YIELD},
         from_residual=True,

@@ -23,7 +23,7 @@ from agent.explain.numbers.polish import polished
 from agent.explain.numbers.resting import at_own_numbers
 from agent.explain.rows.evidence import solve
 
-_ROUNDS = 4
+_ROUNDS, _EVENER = 3, 2
 _FOLLOWED = 8  # points, those that remove most
 _MORE_THAN_NOISE = 1.1  # times its square: what leaves less is as good as it gets
 _LESS = 0.75  # of what is left above noise: luck among many paths takes away a little
@@ -71,15 +71,21 @@ def _evened(library: Library, choice: Choice, at: int) -> Term | None:
     def gain(candidate: Candidate) -> float:
         return gain_of(candidate, basis, left)
 
-    near = form.once_known(library.scene, term.candidate.point)
-    tried = [Candidate(form, at, library.columns(form, at)) for at in near]
-    starts = sorted(tried, key=gain, reverse=True)[:_FOLLOWED]
-    ends = [library.deeper(start, basis, left) for start in starts]
-    best = min(ends, key=lambda end: float(library.errors([*others, end]).sum()))
+    found = term.candidate
+    ends: list[tuple[float, Candidate]] = []
+    for _ in range(_EVENER):
+        near = form.once_known(library.scene, found.point)
+        tried = [Candidate(form, point, library.columns(form, point)) for point in near]
+        starts = sorted(tried, key=gain, reverse=True)[:_FOLLOWED]
+        deeper = [library.deeper(start, basis, left) for start in starts]
+        ended = [(float(library.errors([*others, end]).sum()), end) for end in deeper]
+        ends.append(min(ended, key=lambda pair: pair[0]))
+        found = ends[-1][1]
+    least, best = min(ends, key=lambda pair: pair[0])
+    if least - noise >= _LESS * (left_now - noise):
+        return None
     best = library.candidate(form, best.point)
     blocks = library.errors([*others, best])
-    if float(blocks.sum()) - noise >= _LESS * (left_now - noise):
-        return None
     columns = np.concatenate((model, best.columns), axis=1)
     own = solve(columns.T @ columns, columns.T @ library.target)[model.shape[1] :]
     scored = replace(term.scored, candidate=best, coefficients=own, blocks=blocks)

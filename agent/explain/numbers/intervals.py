@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -181,7 +182,7 @@ def _nonlinear(
     term = model.terms[index]
     form = term.scored.form
     mean = form.is_a_mean is not None and form.is_a_mean(term.candidate.point)
-    dull = form.duller if mean and _more_than_noise(library, model) else ()
+    dull = tuple(form.roughly) if mean and _more_than_noise(library, model) else ()
     out = {}
     for number, name in enumerate(form.nonlinear):
         if name in form.kinds:
@@ -200,8 +201,18 @@ def _nonlinear(
             out[name] = Parameter.not_identified(_BOUNCES, float(term.candidate.point[number]))
             continue
         interval = compared if name in form.uneven else profiled
-        out[name] = interval(library, model.terms, index, number, within)
+        out[name] = _no_finer(interval(library, model.terms, index, number, within), form, name)
     return out
+
+
+def _no_finer(number: Parameter, form: Form, name: str) -> Parameter:
+    """Return a number whose interval is no narrower than the luck of an arm that bounces is."""
+    rough = form.roughly.get(name, 0.0) * abs(number.value)
+    if number.ci95 is None or not rough:
+        return number
+    low, high = number.ci95
+    below, above = math.hypot(number.value - low, rough), math.hypot(high - number.value, rough)
+    return replace(number, ci95=(number.value - below, number.value + above))
 
 
 def _more_than_noise(library: Library, model: Model) -> bool:
