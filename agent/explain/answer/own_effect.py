@@ -42,6 +42,8 @@ _CALLED: Mapping[str, str] = {
     "velocity_delay_s": "delay",
     "half_gap_rad": "half the gap",
     "stiffness_nm_per_rad": "stiffness",
+    "stiffness_nm_per_arm_rad": "stiffness",
+    "neutral_arm_rad": "the angle at which it hangs free",
     "load_coefficient": "friction per load",
     "arm_inertia_kg_m2": "the arm's inertia",
     "order_per_motor_rev": "order per motor turn",

@@ -59,9 +59,10 @@ def _unsure(holdout: Holdout) -> str:
 def tie_sentence(finding: Finding, *, to_decide: bool = True) -> str:
     """Return what a finding cannot be told apart from, and what decides."""
     others = " or ".join(effect_name(a.effect) for a in finding.alternatives)
-    said = f"These recordings cannot tell {finding_name(finding)} from {others}."
+    name = f"{'the ' if finding.form == OWN_EFFECT else ''}{finding_name(finding)}"
+    said = f"These recordings cannot tell {name} from {others}."
     if is_far_likelier(finding):
-        said = f"Far less likely than {finding_name(finding)}, and not ruled out: {others}."
+        said = f"Far less likely than {name}, and not ruled out: {others}."
     first = after_colon(finding.alternatives[0].told_apart_by)
     return f"{said} To decide: {first}" if to_decide else said
 

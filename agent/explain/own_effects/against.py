@@ -21,6 +21,7 @@ from agent.explain.own_effects.better import (
     on_the_floor_of,
     settles_more,
 )
+from agent.explain.own_effects.constant import deciding, or_a_constant
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
 from agent.explain.own_effects.pairs import finding_of
@@ -85,6 +86,8 @@ def told_against(
         unexplained_share=_left_share(answer, bare),
         twin=replace(bare.twin, effects=(*bare.twin.effects, *lost)),
         holdout=_held_out(answer.holdout, bare.holdout),
+        next_experiment=bare.next_experiment
+        or next((deciding(f) for f in own if f.alternatives), None),
     )
     return replace(told, sentence=words.summary_of(told))
 
@@ -131,9 +134,8 @@ def _in_their_place(
         if energy.helped >= _HELPS and worth >= MATERIAL:
             whole = min(worth, 1.0)
             if too_much is None:
-                own.append(
-                    _own_finding(effect, finding, whole, energy, place, law, nameless=nameless)
-                )
+                told = _own_finding(effect, finding, whole, energy, place, law, nameless=nameless)
+                own.append(or_a_constant(effect, told))
             else:
                 own.append(_too_much_finding(too_much, whole, energy, place, law))
         elif law is None and too_much is None:

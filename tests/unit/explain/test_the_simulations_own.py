@@ -10,11 +10,12 @@ import pytest
 
 from agent.explain.asked import tabulated
 from agent.explain.own_effects.better import is_as_good
+from agent.explain.own_effects.constant import deciding, or_a_constant
 from agent.explain.own_effects.doubted import Doubted, says_twice
 from agent.explain.own_effects.other_way import the_simulations_own
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect
 from tests.science.textbook_joint import TWIN, Driven, nothing, recorded, stair
 from tests.unit.report.explanation_examples import explained
@@ -66,3 +67,24 @@ def test_another_law_of_the_kind_that_a_simulation_has_is_that_one_grown(
     one = replace(has, effects=(ripple(3.0, 1.5 * SIZE_NM), late))
     bare = replace(answer, twin=one, extended=replace(extended, rmse_nm=left_nm))
     assert is_as_good(bare, answer) is as_good
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "neutral", "tied"),
+    [(1.8, 0.066, True), (1.2, 0.066, False), (1.8, 0.1, False)],
+)
+def test_a_cable_that_hangs_free_elsewhere_may_be_a_constant_torque(
+    stiffness: float, neutral: float, tied: bool
+) -> None:
+    """An asymmetry that had come since was, for certain, the simulation's own cable."""
+    cable = Effect("cable-force", {"stiffness_nm_per_arm_rad": 1.8, "neutral_arm_rad": 0.1})
+    found = {
+        "stiffness_nm_per_arm_rad": Parameter(stiffness, (stiffness - 0.01, stiffness + 0.01)),
+        "neutral_arm_rad": Parameter(neutral, (neutral - 0.002, neutral + 0.002)),
+    }
+    own = replace(explained().findings[0], effect="cable-force", parameters=found, alternatives=())
+    told = or_a_constant(cable, own)
+    others = [a.effect for a in told.alternatives]
+    assert others == (["torque-offset", "direction-asymmetry"] if tied else [])
+    if tied:
+        assert "brake closed" in deciding(told).set_up
