@@ -157,6 +157,12 @@ def _more_than_the_floor(found: Study, *, beside: bool) -> str:
     if not all(found.in_twin(term.scored.form) for term in found.choice.terms):
         return ""  # what a law leaves that no simulation bears out is not told to be noise
     times = f"what is left is {found.left.over_floor:.1f} times the noise"
+    if (
+        BACKLASH in _effects(found)
+        and found.left.over_floor > FAR
+        and found.left.noise_all_the_same
+    ):
+        return f"{times}: an arm that bounces in a gap is not foretold to its last blow"
     if found.left.louder_noise and not any(line.matters for line in found.lines):
         how = "as short" if beside else "noise all the same"
         return (
