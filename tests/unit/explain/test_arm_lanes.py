@@ -32,19 +32,17 @@ def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
     weight = 30.0 * np.cos(0.01 * np.arange(stops[-1]))
     lighter = 900.0 * np.sin(0.01 * np.arange(stops[-1]))
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
-    arm, rest = (
-        (2.0 * math.pi * 30.0, 0.2, 0.005),
-        (film, parting, stiffening, (holds, 0.004) if holds else None),
-    )
+    arm, teeth = (2.0 * math.pi * 30.0, 0.2, 0.005), (film, parting, stiffening)
+    held = (holds, 0.004) if holds else None
     gaps = np.array(half_gaps)
     together, alone = np.full((2, gaps.size, stops[-1]), np.nan)
     what = velocity, weight, lighter, friction
-    shaft_rad_s2(*what, starts, stops, periods, *arm, gaps, *rest, 2, together)
+    shaft_rad_s2(*what, starts, stops, periods, *arm, gaps, *teeth, held, 2, together)
     for k in range(lengths.size):
         of = slice(k, k + 1)
         one = starts[of], stops[of], periods[of]
         for gap in range(gaps.size):
             own = slice(gap, gap + 1)
-            shaft_rad_s2(*what, *one, *arm, gaps[own], *rest, 2, alone[own])
+            shaft_rad_s2(*what, *one, *arm, gaps[own], *teeth, held, 2, alone[own])
     assert np.isfinite(together).all()
     np.testing.assert_array_equal(together, alone)
