@@ -1,8 +1,8 @@
 """An arm behind a soft or loose gear, over its inertia, compiled. Import this late: numba is slow.
 
 `agent.physics.flexibility.TwoMass` with its cubic spring, behind the dead zone of
-`agent.physics.backlash`, as `kernels.carried_arms` has it, but for searches: they try hundreds of
-arms, and need no more of each than the band of a comparison shows.
+`agent.physics.backlash`, as `kernels_carried.carried_arms` has it, but for searches: they try
+hundreds of arms, and need no more of each than the band of a comparison shows.
 
 A step waits for the one before it, so that one arm alone leaves most of a processor idle: stretches
 of recordings, and arms of several gaps, are followed side by side, in lanes that a vector unit

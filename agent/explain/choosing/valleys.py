@@ -18,6 +18,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Point
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
 
 _ROUNDS = 2
 _FOLLOWED = 3  # points
@@ -66,11 +67,19 @@ def deepest(
     blocks = library.errors([*terms, best])
     if float(blocks.sum()) >= found.error:
         return found
-    columns = np.concatenate((model, best.columns), axis=1)
-    own = solve(columns.T @ columns, columns.T @ library.target)[model.shape[1] :]
-    screened = gain / max(energy, 1e-300)
-    candidate = library.candidate(form, best.point)
-    return replace(found, candidate=candidate, coefficients=own, screened=screened, blocks=blocks)
+    return replace(
+        found,
+        candidate=library.candidate(form, best.point),
+        coefficients=coefficients_beside(library, model, best),
+        screened=gain / max(energy, 1e-300),
+        blocks=blocks,
+    )
+
+
+def coefficients_beside(library: Library, model: Floats, law: Candidate) -> Floats:
+    """Return a law's coefficients in the fit beside a model's columns, shape (m, p), as (k,)."""
+    columns = np.concatenate((model, law.columns), axis=1)
+    return solve(columns.T @ columns, columns.T @ library.target)[model.shape[1] :]
 
 
 def scene_beside(library: Library, terms: Sequence[Candidate]) -> Scene:

@@ -12,16 +12,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
+from agent.explain.choosing.valleys import coefficients_beside
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.resting import at_own_numbers
-from agent.explain.rows.evidence import solve
 
 _ROUNDS, _EVENER = 3, 2
 _FOLLOWED = 8  # points, those that remove most
@@ -86,7 +84,6 @@ def _evened(library: Library, choice: Choice, at: int) -> Term | None:
         return None
     best = library.candidate(form, best.point)
     blocks = library.errors([*others, best])
-    columns = np.concatenate((model, best.columns), axis=1)
-    own = solve(columns.T @ columns, columns.T @ library.target)[model.shape[1] :]
+    own = coefficients_beside(library, model, best)
     scored = replace(term.scored, candidate=best, coefficients=own, blocks=blocks)
     return replace(term, scored=scored)

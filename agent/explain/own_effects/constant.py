@@ -31,18 +31,21 @@ def or_a_constant(given: Effect, own: Finding) -> Finding:
     own : Finding
         What the recordings say of it.
     """
-    numbers = {name: p.value for name, p in own.parameters.items() if p.value}
-    if given.id != _CABLE or not numbers.keys() == {_STIFF, _FREE} <= given.numbers.keys():
+    straight = {_STIFF, _FREE}
+    said_of = {name for name, value in given.numbers.items() if value}
+    found = {name: p for name, p in own.parameters.items() if p.value}
+    if given.id != _CABLE or not said_of <= straight or found.keys() != straight:
         return own
-    ends = own.parameters[_FREE].ci95
-    stays = ends is None or ends[0] <= given.numbers[_FREE] <= ends[1]
-    if stays or abs(numbers[_STIFF] / given.numbers[_STIFF] - 1.0) > _AS_STIFF:
+    stiffness, ends = given.numbers.get(_STIFF, 0.0), found[_FREE].ci95
+    stays = ends is None or ends[0] <= given.numbers.get(_FREE, 0.0) <= ends[1]
+    if stays or abs(found[_STIFF].value - stiffness) > _AS_STIFF * abs(stiffness):
         return own
     each = 1.0 / (1 + len(_CONSTANTS))
     others = tuple(
         Alternative(e, each, told_apart_by(_CONSTANTS[0], _CONSTANTS[1])) for e in _CONSTANTS
     )
-    return replace(own, probability=each, alternatives=others)
+    said = replace(own.said, lead=own.said.lead.replace(" is not the ", " may not be the "))
+    return replace(own, probability=each, alternatives=others, said=said)
 
 
 def deciding(own: Finding) -> NextExperiment:

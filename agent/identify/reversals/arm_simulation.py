@@ -54,7 +54,7 @@ class Numbers:
     w: Floats
 
     def gear(self) -> Floats:
-        """Return what `agent.physics.kernels.dragged_arm` takes, shape (7,)."""
+        """Return what `agent.physics.kernels_carried.dragged_arm` takes, shape (7,)."""
         stiffness, damping, inertia, coulomb = np.exp(self.x[_LOGARITHMS]).tolist()
         gap, load, viscous = float(self.x[0]), float(self.x[6]), float(self.x[7])
         return np.array([gap, stiffness, damping, inertia, coulomb, viscous, load])
@@ -88,7 +88,7 @@ class Path:
 
 def drag(record: ArmRecord, number: int, motor_rad: Floats, at: Numbers) -> Path:
     """Return the arm's path behind a motor's, shape (n,), in the record of this number."""
-    from agent.physics.kernels import dragged_arm
+    from agent.physics.kernels_carried import dragged_arm
 
     gear = at.gear()
     skew_s, place = float(at.x[5]), float(at.x[len(SHAPE) + number])

@@ -89,7 +89,7 @@ class Carrier:
 
         See `extra_nm`.
         """
-        from agent.physics.kernels import carried_arms
+        from agent.physics.kernels_carried import carried_arms
 
         law = TwoMass(
             1.0,

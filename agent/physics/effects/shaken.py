@@ -33,7 +33,7 @@ def shaken_nm(
     swing_rad_s, damping_ratio : float
         Of the arm on its spring while that end is held.
     """
-    from agent.physics.kernels import carried_arms
+    from agent.physics.kernels_carried import carried_arms
 
     out = np.full_like(time_s, np.nan)
     known = known_of(time_s, angle_rad, velocity_rad_s)

@@ -7,7 +7,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.identify.reversals.arm_record import ArmRecord
 from agent.identify.reversals.arm_simulation import SHAPE, TWICE, Numbers, drag
-from agent.physics.kernels import dragged_arm
+from agent.physics.kernels_carried import dragged_arm
 
 PERIOD_S, SIZE = 1e-3, 64
 

@@ -20,8 +20,8 @@ from agent.physics.friction_oil import (
     thinned_share,
     thinning_share,
 )
-from agent.physics.kernels import carried_arms
 from agent.physics.kernels_arm import shaft_rad_s2
+from agent.physics.kernels_carried import carried_arms
 from agent.physics.periodic import KinematicError, ResolverError, wave_rates
 from agent.physics.reported import TorqueSaturation, limited_nm
 from agent.physics.rigid_body import gravity_columns, weight_nm
