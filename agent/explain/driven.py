@@ -2,7 +2,9 @@
 
 What a gear takes is c l where the load l turns against the motor and d l where it drives it: a
 mean of both along the motion, and half of their difference in the load itself (decision 0092). No
-motion tells the latter from a payload that hangs where the arm's own weight does.
+motion tells the latter from a payload that hangs where the arm's own weight does. Either is told
+with the other: a payload with such losses, and losses that a gear's own friction makes with a
+payload (decision 0220).
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import math
 
 from agent.explain.answer.amounts import percent, short
+from agent.explain.forms.driving import EXCESS
 from agent.explain.study import Study
 from agent.physics.rigid_body import GRAVITY
 
@@ -19,7 +22,13 @@ _LOADED, _WEIGHT = "load-dependent-friction", "gravity-imbalance"
 
 
 def driven_or_heavier(found: Study) -> str:
-    """Return what losses make of a payload that is named; empty where none hangs as the weight."""
+    """Return what losses make of a payload that is named, or a payload of losses that are.
+
+    Empty where there are no such losses, or no payload that hangs as the weight.
+    """
+    instead = _heavier_instead(found)
+    if instead:
+        return instead
     named = {
         term.scored.form.effect: {name: p.value for name, p in numbers.items()}
         for term, numbers in zip(found.model.terms, found.model.parameters, strict=True)
@@ -30,6 +39,37 @@ def driven_or_heavier(found: Study) -> str:
     sine, cosine = (named.get(_WEIGHT, {}).get(name, 0.0) for name in GRAVITY)
     weight = found.twin.gravity_sin_nm, found.twin.gravity_cos_nm
     return losses_said(friction, (sine, cosine), weight)
+
+
+def _heavier_instead(found: Study) -> str:
+    """Return which weight would do as well as friction that loads the gear; empty without it."""
+    for term, numbers in zip(found.model.terms, found.model.parameters, strict=True):
+        if EXCESS in numbers:
+            per_load = sum(numbers[name].value for name in term.scored.form.linear)
+            falls = "load_velocity_rad_s" in numbers
+            return weight_said(per_load, numbers[EXCESS].value, falls=falls)
+    return ""
+
+
+def weight_said(per_load: float, excess: float, *, falls: bool) -> str:
+    """Return what friction is in either direction of power, and which weight does as well.
+
+    Parameters
+    ----------
+    per_load : float
+        Friction over the load, at a load alone.
+    excess : float
+        Of it that its own part makes: from 0 to below 1.
+    falls : bool
+        Whether it falls with speed.
+    """
+    driving, driven = per_load / (1.0 - excess), per_load / (1.0 + excess)
+    return (
+        f"friction under load is {percent(driving)} of the load where the motor drives it, and "
+        f"{percent(driven)} where it drives the motor{' (near standstill)' if falls else ''}, as "
+        "a gear's own friction loads it, too; were both the same, the load would be "
+        f"{short(50.0 * (driving - driven))} % heavier instead: a known weight tells"
+    )
 
 
 def losses_said(

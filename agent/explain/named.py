@@ -18,6 +18,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.unlevered import unlevered
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.driving import driving
 from agent.explain.numbers.even import evened
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.heavier import heavier_than_the_joint
@@ -77,6 +78,8 @@ def named(library: Library, twin: Twin) -> Named:
             if even[1] is not choice:
                 library, choice = even[0], _material(*even, twin)
                 refused = _unlikely(library, choice)
+        if not refused:
+            library, choice = driving(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             refused = heavier_than_the_joint(library, model)

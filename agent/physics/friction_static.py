@@ -88,7 +88,7 @@ class LoadDependent:
 
     law: ClassVar[Law] = Law(
         "load-dependent",
-        "[cl + sl exp(-|v/vl|^a)] |l| |l/lr|^(p - 1) sign(v)",
+        "c |l| |l/lr|^(p - 1) sign(v) / (1 - e c/c0 sign(l v)), c = cl + sl exp(-|v/vl|^a)",
         {
             "load_coefficient": "cl, friction per load while sliding fast (no unit)",
             "load_boundary_coefficient": "sl, more of it in the boundary region (no unit)",
@@ -96,8 +96,13 @@ class LoadDependent:
             "exponent": "a, how sharply it falls",
             "load_power": "p, power of the load with which it grows (1: in proportion)",
             "reference_load_nm": "lr, load at which cl and sl are friction per load",
+            "driving_excess": "e, more of it where the motor drives the load, less where the load "
+            "drives, at rest, where c is c0 (0: none; u c0 of friction a share u of which loads "
+            "the gear itself: 1 of the motor's torque, 1/2 of its mean with the load)",
         },
-        "Bittencourt & Gunnarsson, JDSMC 134 (2012) 051013, p = 1; other powers: our own choice",
+        "Bittencourt & Gunnarsson, JDSMC 134 (2012) 051013, p = 1, e = 0; of the motor's torque, "
+        "or the mean: Duclusaud et al., Extended friction models for the physics simulation of "
+        "servo actuators (2025), M3 to M6; other powers: our own choice",
         "load l is the transmitted torque on the motor side, up to the gear's rated one",
     )
     load_coefficient: float
@@ -106,6 +111,7 @@ class LoadDependent:
     exponent: float = 1.0
     load_power: float = 1.0
     reference_load_nm: float = 1.0
+    driving_excess: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a load that would drive the joint."""
@@ -113,8 +119,13 @@ class LoadDependent:
             self.law,
             self,
             positive="load_velocity_rad_s exponent load_power reference_load_nm",
-            not_negative="load_coefficient load_boundary_coefficient",
+            not_negative="load_coefficient load_boundary_coefficient driving_excess",
         )
+        if self.driving_excess >= 1.0:
+            raise ValueError(
+                f"{self.law.id}: driving_excess: expected a number below 1, "
+                f"got {self.driving_excess}"
+            )
 
     def torque_nm(
         self, velocity_rad_s: Floats, load_nm: Floats, direction: Floats | None = None
@@ -124,7 +135,26 @@ class LoadDependent:
         boundary = boundary_share(velocity_rad_s, self.load_velocity_rad_s, self.exponent)
         share = self.load_coefficient + self.load_boundary_coefficient * boundary
         load = powered_nm(load_nm, self.load_power, self.reference_load_nm)
-        return np.asarray(share * load * sign)
+        if not self.driving_excess:
+            return np.asarray(share * load * sign)
+        at_rest = self.load_coefficient + self.load_boundary_coefficient
+        own = self.driving_excess * share / max(at_rest, 1e-300)
+        return np.asarray(share * load * sign / one_less(own, load_nm * sign))
+
+
+def one_less(own: Floats | float, driven_nm: Floats) -> Floats:
+    """Return what friction under load is divided by as it loads the gear itself, shape (n,).
+
+    It adds to the load where the motor drives that, and takes from it where the load drives.
+
+    Parameters
+    ----------
+    own : float or ndarray, shape (n,)
+        Friction per load, as far as it loads the gear: below 1.
+    driven_nm : ndarray, shape (n,)
+        The load along the motion: above zero where the motor drives it.
+    """
+    return np.asarray(1.0 - own * np.sign(driven_nm))
 
 
 def powered_nm(load_nm: Floats, power: float, reference_nm: float) -> Floats:

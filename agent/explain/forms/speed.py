@@ -16,6 +16,7 @@ from agent.physics.friction_oil import cross_nm, eyring_nm, power_law_nm
 from agent.physics.friction_static import DirectionDependent, powered_nm
 
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
+_LOAD_FALLS = (1.0, 2.0)  # exponents
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
@@ -114,15 +115,20 @@ def brakes_both_ways(scene: Scene, point: Point, coefficients: Floats) -> bool:
 
 
 def _load(scene: Scene, point: Point) -> Floats:
-    behind = point[1] * max(float(scene.theta[2]), 0.0) * scene.direction
-    return stack(scene.direction * np.abs(scene.load_nm(point[0]) + behind))
+    return stack(scene.direction * np.abs(borne_nm(scene, point[0], point[1])))
 
 
 def _load_with_oil(scene: Scene, point: Point) -> Floats:
     """Return friction under a load that has viscous friction in it, to the motor's whole torque."""
-    oil = point[2] * max(float(scene.theta[1]), 0.0) * scene.full("velocity_rad_s")
-    dry = point[1] * max(float(scene.theta[2]), 0.0) * scene.direction
-    return stack(scene.direction * np.abs(scene.load_nm(point[0]) + dry + oil))
+    return stack(scene.direction * np.abs(borne_nm(scene, *point)))
+
+
+def borne_nm(scene: Scene, arm: float, dry: float = 0.0, oil: float = 0.0) -> Floats:
+    """Return what the gear bears, shape (n,): weight, and shares of inertia and friction."""
+    load = scene.load_nm(arm) + dry * max(float(scene.theta[2]), 0.0) * scene.direction
+    if not oil:
+        return np.asarray(load)
+    return np.asarray(load + oil * max(float(scene.theta[1]), 0.0) * scene.full("velocity_rad_s"))
 
 
 def _load_with_oil_grid(scene: Scene) -> Sequence[Point]:
@@ -142,7 +148,11 @@ def _load_with_oil_limits(scene: Scene) -> Sequence[tuple[float, float]]:
 
 def _load_boundary(scene: Scene, point: Point) -> Floats:
     load = _load(scene, (point[0], 0.0))[:, 0]
-    return stack(load, load * boundary_share(scene.speed, point[1], 1.0))
+    return stack(load, load * boundary_share(scene.speed, *point[1:]))
+
+
+def _load_while_slow(scene: Scene, point: Point) -> Floats:
+    return _load_boundary(scene, point)[:, 1:]
 
 
 def _load_grid(scene: Scene) -> Sequence[Point]:
@@ -152,7 +162,12 @@ def _load_grid(scene: Scene) -> Sequence[Point]:
 
 def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
     speeds = log_grid(scene.slowest, 0.5 * scene.fastest, 4)
-    return tuple((share, v) for share in _ARM_SHARES[::2] for v in speeds)
+    shares = _ARM_SHARES[::2]
+    return tuple((share, v, e) for share in shares for v in speeds for e in _LOAD_FALLS)
+
+
+def _load_boundary_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (0.0, _ALL), *_stribeck_limits(scene)
 
 
 def _load_powered(scene: Scene, point: Point) -> Floats:
@@ -185,7 +200,8 @@ def _load_powered_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Ma
 
 
 def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    numbers = dict(values)
+    """Return friction under load with what loads the gear as numbers instead of shares."""
+    numbers = {"load_coefficient": 0.0, **values}
     inertia = numbers.pop("arm_share") * float(scene.theta[0])
     friction = numbers.pop("arm_friction_share", 0.0) * max(float(scene.theta[2]), 0.0)
     entry = {**numbers, "arm_inertia_kg_m2": inertia, "arm_coulomb_nm": friction}
@@ -306,16 +322,32 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "load-dependent-friction",
-        "with boundary part",
-        ("load_coefficient", "load_boundary_coefficient"),
-        _load_boundary,
-        ("arm_share", "load_velocity_rad_s"),
+        "while slow alone",
+        ("load_boundary_coefficient",),
+        _load_while_slow,
+        ("arm_share", "load_velocity_rad_s", "exponent"),
         _load_boundary_grid,
-        (1, 1),
-        highest=(_MOST_UNDER_LOAD, _MOST_UNDER_LOAD),
+        (1,),
+        highest=(_MOST_UNDER_LOAD,),
+        limits=_load_boundary_limits,
         needs=("position_rad",),
         to_twin=_load_twin,
         refines=("proportional",),
+        rests_on_numbers=True,
+    ),
+    Form(
+        "load-dependent-friction",
+        "with boundary part",
+        ("load_coefficient", "load_boundary_coefficient"),
+        _load_boundary,
+        ("arm_share", "load_velocity_rad_s", "exponent"),
+        _load_boundary_grid,
+        (1, 1),
+        highest=(_MOST_UNDER_LOAD, _MOST_UNDER_LOAD),
+        limits=_load_boundary_limits,
+        needs=("position_rad",),
+        to_twin=_load_twin,
+        refines=("proportional", "while slow alone"),
         rests_on_numbers=True,
     ),
 )

@@ -251,6 +251,7 @@ CARDS = (
                     "exponent": positive(1.0),
                     "load_power": positive(1.0),
                     "reference_load_nm": positive(1.0),
+                    "driving_excess": not_negative(0.0),
                     "arm_inertia_kg_m2": not_negative(
                         0.0, "Ja: the load is Ja a and gravity; Ja seen by the motor"
                     ),

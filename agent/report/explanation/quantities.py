@@ -49,6 +49,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "gravity_sin_nm_per_kg": "Gravity, sine of the arm angle, of a kilogram more",
         "gravity_cos_nm": "Gravity missing, cosine of the arm angle",
         "gravity_sin_nm": "Gravity missing, sine of the arm angle",
+        "driving_excess": "Share of it, more where the motor drives, less where it is driven",
         "half_gap_rad": "Half of the gap, motor angle",
         "half_gap_spread": "Share by which the gap differs along its turn",
         "parting_damping_share": "Share of the contact's damping that holds parting teeth back",

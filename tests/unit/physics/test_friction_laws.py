@@ -43,6 +43,23 @@ def test_load_friction_grows_with_either_sign_of_load_and_opposes_motion() -> No
     assert law.torque_nm(np.array([1e-9]), np.array([8.0])) == pytest.approx([0.15 * 8.0])
 
 
+@given(st.floats(0.0, 1.0), st.floats(0.0, 0.6), st.floats(-9.0, 9.0), st.sampled_from([-3.0, 3.0]))
+def test_friction_that_loads_its_own_gear_is_a_share_of_load_and_friction_together(
+    own: float, share: float, load: float, speed: float
+) -> None:
+    law = LoadDependent(share, driving_excess=own * share)
+    friction = law.torque_nm(np.array([speed]), np.array([load]))[0] * np.sign(speed)
+    borne = load + own * friction * np.sign(speed)
+    # Where it would turn the load about, the gear is locked: no joint is driven through it.
+    if load * borne >= 0.0:
+        assert friction == pytest.approx(share * abs(borne))
+
+
+def test_friction_that_no_motor_can_overcome_is_refused() -> None:
+    with pytest.raises(ValueError, match="driving_excess"):
+        LoadDependent(0.7, 0.4, driving_excess=1.0)
+
+
 def test_viscosity_falls_by_e_over_its_constant_and_power_one_is_viscous() -> None:
     law = TemperatureViscous(0.002, 0.01, 25.0, 20.0)
     at = law.torque_nm(np.array(10.0), np.array([25.0, 45.0, 2000.0]))

@@ -433,6 +433,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "load_coefficient",
         "load_boundary_coefficient",
         "load_power",
+        "driving_excess",
         "cos_share",
         "sin_share",
         "order_per_arm_rev",
