@@ -88,9 +88,7 @@ def named(library: Library, twin: Twin) -> Named:
                 extended = extended_twin(library, twin, model)
                 refused = not_as_found(library, twin, model, extended)
             except TwinError:
-                refused = _refused(library, twin, model)
-                if not refused:
-                    raise
+                refused = _refused(library, twin, model) or _refused_together(library, twin, choice)
         if not refused:
             return Named(library, choice, model, extended)
         twice = once & {effect for effect, _ in refused}
@@ -216,3 +214,20 @@ def _refused(library: Library, twin: Twin, model: Model) -> set[tuple[str, str]]
         except TwinError:
             out.add((form.effect, form.name))
     return out
+
+
+def _refused_together(library: Library, twin: Twin, choice: Choice) -> set[tuple[str, str]]:
+    """Return effect and form of the law without which a twin takes all others; else of all laws.
+
+    A run-in and a torque constant may each leave some friction, and both none.
+    """
+    forms = {(t.scored.form.effect, t.scored.form.name) for t in choice.terms}
+    for term in reversed(choice.terms):
+        rest = [t for t in choice.terms if t is not term]
+        try:
+            extended = extended_twin(library, twin, fit_model(library, twin, rest))
+            predicted(library.scene.table, extended)
+        except TwinError:
+            continue
+        return {(term.scored.form.effect, term.scored.form.name)}
+    return forms
