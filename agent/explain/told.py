@@ -21,7 +21,7 @@ from agent.explain.surroundings import (
     swing_sentence,
     verdict_beside,
 )
-from agent.explain.unnamed import may_be_the_unnamed, own_numbers, unnamed
+from agent.explain.unnamed import may_be_the_unnamed, own_numbers, sure_waves, unnamed
 from agent.explain.verdict import SHOWN, left_share, verdict_of
 
 _ALL, _MOST = 0.9, 0.5  # of the mismatch
@@ -70,11 +70,13 @@ class Told:
     def without_names(self, given: Given) -> Told:
         """Return what is told where no law is named beside what the signals show themselves.
 
-        What they show explains a part, however small.
+        What they show explains a part, however small; and so does a wave that is surely there.
         """
+        shown = SHOWN | sure_waves(self.found)
         found = unnamed(self.found)
-        named = tuple(f for f in self.named if f.effect in own_numbers(found) | SHOWN)
-        verdict = "partly-explained" if any(f.effect in SHOWN for f in named) else self.verdict
+        kept = [f for f in self.named if f.effect in own_numbers(found) | shown]
+        named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
+        verdict = "partly-explained" if any(f.effect in shown for f in named) else self.verdict
         return replace(
             self, found=found, named=named, findings=with_load(named, found, given), verdict=verdict
         )

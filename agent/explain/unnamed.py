@@ -7,6 +7,7 @@ would be missing from where it lies. Nor is a number called wrong that this part
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -17,16 +18,21 @@ from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import Finding, Holdout, Verdict
 from agent.explain.choosing.search import Library
+from agent.explain.findings import order_of
 from agent.explain.forms.form import Form
 from agent.explain.left import LOUDER
 from agent.explain.numbers.borne_out import borne_out, leaves_out_right
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model, extended_twin, fit_model
 from agent.explain.numbers.reach import reach_of
+from agent.explain.numbers.refuted import lasting
+from agent.explain.rows.orders import MANY_WAVES
 from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS, SHOWN
 from agent.identify.result import Parameter
 
+_WAVES = frozenset({"torque-ripple", "kinematic-error", "resolver-error"})
+_GOOD_PART = 0.15  # of what the refitted twin leaves
 _USUALLY = 0.9  # of what the refitted twin leaves
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _MOST, _HALF = 0.6, 0.5  # of a mismatch: what laws claim to explain, and take away elsewhere
@@ -44,7 +50,12 @@ def unnamed(found: Study) -> Study:
     """
     library = found.library
     every = zip(found.choice.terms, found.model.parameters, strict=True)
-    terms = tuple(term for term, numbers in every if _is_told(term.scored.form, numbers))
+    waves = sure_waves(found)
+    terms = tuple(
+        term
+        for term, numbers in every
+        if _is_told(term.scored.form, numbers) or term.scored.form.effect in waves
+    )
     model = fit_model(library, found.twin, terms)
     numbers = borne_out(found.numbers, library, model, found.floor.value_nm, found.cells)
     extended = extended_twin(library, found.twin, model)
@@ -61,6 +72,33 @@ def unnamed(found: Study) -> Study:
         extended=extended,
         left_cells=found.cells,
     )
+
+
+def sure_waves(found: Study) -> frozenset[str]:
+    """Return the waves that are there, whatever else has no name.
+
+    Nothing but a wave has so narrow a line: one of many periods along the stroke that carries a
+    good part of the mismatch on unseen data, block after block, is none of what has no name.
+
+    Parameters
+    ----------
+    found : Study
+        With its laws.
+    """
+    scene, choice = found.library.scene, found.choice
+    if not scene.has("position_rad"):
+        return frozenset()
+    turns = float(np.ptp(scene.table.rows["position_rad"])) / (2.0 * math.pi)
+    whole, out = float(choice.plain.sum()), set()
+    for term, numbers in zip(choice.terms, found.model.parameters, strict=True):
+        if term.scored.form.effect not in _WAVES:
+            continue
+        loss = found.library.errors([t.candidate for t in choice.terms if t is not term])
+        loss = loss - choice.full
+        many = order_of(scene, numbers) * turns >= MANY_WAVES
+        if many and float(loss.sum()) >= _GOOD_PART * whole and lasting(loss):
+            out.add(term.scored.form.effect)
+    return frozenset(out)
 
 
 def _spreads(found: Study) -> bool:

@@ -2,8 +2,8 @@
 
 What a gear transmits is not the load alone: friction that the motor has to overcome loads the teeth
 as well, and friction that holds the load back relieves them. With f = c |l + u f sign(v)|, where u
-is 0 for the load, 1 for the motor's torque and 1/2 for the mean of both (as an efficiency is, to
-the second order), f = c |l| / (1 - u c sign(l v)).
+is 0 for the load, 1 for the motor's torque and 1/2 for the mean of both (as with one efficiency
+both ways), f = c |l| / (1 - u c sign(l v)).
 
 No motion tells that from a heavier arm, so that these forms are none to search with: they stand in
 for their plain form where the weight is taken as it was given (`numbers/driving.py`).

@@ -23,6 +23,7 @@ from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.linear import solve_blocks
 from agent.physics.twin import Effect, Twin
 
+_AS_WELL = 1.5  # times the squared error: what is below zero and need not be is none
 _NOT_NEGATIVE = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
 
 
@@ -69,8 +70,19 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
     columns = library.model([t.candidate for t in terms])
     blocks = np.zeros(columns.shape[0], dtype=np.int64)
     blocks[library.weighing.starts] = 1
-    fit = solve_blocks(columns, columns, library.target, np.cumsum(blocks))
     carried = library.scene.table.carried
+    fit = solve_blocks(columns, columns, library.target, np.cumsum(blocks))
+    none = _below_zero(library, twin, fit.theta) if terms else {}
+    if none:
+        places, moves = list(none), np.array(list(none.values()))
+        others = columns.copy()
+        others[:, places] = 0.0
+        held = library.target - columns[:, places] @ moves
+        beside = solve_blocks(others, others, held, np.cumsum(blocks))
+        if beside.residual @ beside.residual <= _AS_WELL * (fit.residual @ fit.residual):
+            theta = beside.theta.copy()
+            theta[places] = moves
+            fit = replace(fit, theta=theta, residual=beside.residual)
     base = {name: _held(library.scene.table, name, float(getattr(twin, name))) for name in BASE}
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
         given = float(getattr(twin, name))
@@ -92,6 +104,20 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
         parameters=tuple(parameters),
         residual_nm=fit.residual / library.weighing.weight,
     )
+
+
+def _below_zero(library: Library, twin: Twin, theta: Floats) -> dict[int, float]:
+    """Return moves to zero, by place, of numbers that come out below it.
+
+    A law that bends with speed takes up all of the viscous friction, and more: with none of it the
+    law has other numbers, and only with these does the twin predict as the model does.
+    """
+    out = {}
+    for at, place in enumerate(np.flatnonzero(library.scene.table.carried)):
+        given = float(getattr(twin, BASE[place]))
+        if BASE[place] in _NOT_NEGATIVE and given + theta[at] < 0.0:
+            out[at] = -given
+    return out
 
 
 def _held(table: Table, name: str, given: float) -> Parameter:

@@ -7,6 +7,8 @@ it was recorded, and a run-in may end after. A constant torque is friction
 that differs between directions by another name, and there only the one or the other direction's
 level counts: between the two no motion shows any.
 
+Friction that bends with speed has a slope for every speed: its own, and what is left of the twin's.
+
 Oil's friction is a constant part and one that falls with warmth without an end (Bittencourt and
 Gunnarsson 2012). A twin that has the constant part right and knows of no warmth is below the joint
 at every temperature: its number, too, is right.
@@ -30,8 +32,9 @@ from agent.physics.twin import Twin
 _BEYOND = 0.25  # of the range on either side: a twin's number and a law's ends are fits, too
 _BEFORE = 1.0  # of it: a drift may have gone on for as long before as it was recorded
 _OF_LARGEST = 0.1  # of a column: with less of it, what a number is there is not to be had
+_SLOW = 0.01  # of the speed: there a bend has the slope that it begins with
 _ENDS = (0.01, 0.99)
-_RUNS_IN = "run_in_nm"
+_RUNS_IN, _BENDS = "run_in_nm", "viscous-nonlinear"
 _NUMBER: Mapping[str, Mapping[str, str]] = {
     "temperature-dependent-friction": {
         "viscous_thermal_nm_s_per_rad": "viscous_nm_s_per_rad",
@@ -53,6 +56,7 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
         "viscous_difference_nm_s_per_rad": "viscous_nm_s_per_rad",
     },
     "torque-offset": {"torque_offset_nm": "coulomb_nm"},
+    _BENDS: dict.fromkeys(("power_nm", "shear_nm", "plateau_nm"), "viscous_nm_s_per_rad"),
 }
 _DRIFT = "friction-drift"
 _TWO_LEVELS = frozenset({"direction-asymmetry", "torque-offset"})
@@ -82,7 +86,8 @@ def varied_through_given(library: Library, twin: Twin, model: Model) -> frozense
             if number not in carried:
                 continue
             base = library.base[:, carried.index(number)]
-            there = np.abs(base) > _OF_LARGEST * float(np.max(np.abs(base)))
+            least = _SLOW if form.effect == _BENDS else _OF_LARGEST
+            there = np.abs(base) > least * float(np.max(np.abs(base)))
             added = term.candidate.columns[there, at] * model.coefficients[place][at]
             low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
             given = float(getattr(twin, number))

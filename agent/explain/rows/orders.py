@@ -16,7 +16,7 @@ from agent.identify.result import Floats
 _HIGHEST = 64.0  # per motor turn; in less than a turn as many waves, as an axis may be in metres
 _BINS_PER_WAVE = 4.0
 FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
-_MANY_WAVES = 10.0  # no trend and no bump has a line as narrow as that
+MANY_WAVES = 10.0  # no trend and no bump has a line as narrow as that
 _MOST_PARTS = 6  # of the stroke
 _TREND = 6  # the polynomial along the stroke beside which they are told: three waves as well
 _FEWEST_WHOLE, _FEW_WHOLE = 1.5, 4.5  # waves of a whole order, alone along the stroke
@@ -106,7 +106,7 @@ def _repeats(
     position_rad: Floats, torque_nm: Floats, weight: Floats, order: float, waves: float
 ) -> bool:
     """Return whether a wave is the same all along the stroke, where it has few periods there."""
-    if waves >= _MANY_WAVES:
+    if waves >= MANY_WAVES:
         return True
     along = (position_rad - position_rad.min()) / np.ptp(position_rad)
     parts = min(int(waves), _MOST_PARTS)
