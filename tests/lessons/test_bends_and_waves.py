@@ -7,14 +7,17 @@ import math
 import numpy as np
 import pytest
 
+from agent.explain import named
 from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.search import Library
 from agent.explain.explain import explain
 from agent.explain.findings import findings_of
-from agent.explain.numbers.model import extended_twin, fit_model, left_by
+from agent.explain.numbers.model import Model, extended_twin, fit_model, left_by
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats
+from agent.physics.twin import DrivingFrictionError, Twin
 from tests.science.explain_joint import TWIN, Conditions, library_of, record, stair
 from trajectories import SetPoints
 
@@ -50,7 +53,7 @@ def test_a_number_that_comes_out_below_zero_is_none_and_the_law_another() -> Non
     columns = library.model([law])
     free = np.linalg.lstsq(columns, library.target)[0]
     assert TWIN.viscous_nm_s_per_rad + free[1] < 0.0
-    scored = Scored(law, free[-1:], 1.0, library.errors([law]))
+    scored = Scored(law, np.asarray(free[-1:], dtype=np.float64), 1.0, library.errors([law]))
     model = fit_model(library, TWIN, [Term(scored, 0.0)])
     assert model.base["viscous_nm_s_per_rad"].value == pytest.approx(0.0)
     twin = extended_twin(library, TWIN, model)
@@ -82,3 +85,21 @@ def test_a_wave_of_many_periods_is_named_beside_what_has_no_name(size_nm: float)
     (wave,) = answer.findings
     assert (wave.effect, wave.rank) == ("torque-ripple", 1)
     assert wave.parameters["order_per_motor_rev"].value == pytest.approx(24.0, abs=0.05)
+
+
+def test_laws_that_a_twin_takes_one_by_one_and_not_together_end_in_an_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A run-in and a warm torque constant left friction below zero: the user's twin was blamed."""
+
+    def missing(points: SetPoints, at: Conditions) -> Floats:
+        return thins(points, at) + 0.06 * np.sin(24.0 * points.position_rad)
+
+    def one_alone(library: Library, twin: Twin, model: Model) -> Twin:
+        if len(model.terms) > 1:
+            raise DrivingFrictionError("effects: both leave friction below zero.")
+        return extended_twin(library, twin, model)
+
+    monkeypatch.setattr(named, "extended_twin", one_alone)
+    table = tabulate(TWIN, [record(stair(SPEEDS), missing, Conditions(), 1)])
+    assert len(study(TWIN, table).choice.terms) == 1
