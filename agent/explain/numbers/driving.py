@@ -40,7 +40,7 @@ _PULLS = frozenset({WEIGHT, "torque-constant-error", *LIKE_A_WEIGHT})
 _ROUNDS, _STEPS = 3, 13
 _MOST = 1.15  # of the friction per load: an excess beyond that is none that friction makes
 _SURELY = 3.0  # standard errors, as between any two laws
-_MISSED = 0.05  # of what the excess gains
+_MISSED, _LITTLE = 0.05, 0.1  # of what the excess gains, and of what is left: less is no loss
 _BELOW_ONE = 0.95
 _NONE = 0.1  # of what there was: so little below zero is none
 _WEIGHT_AT = [i for i, name in enumerate(BASE) if name.startswith("gravity")]
@@ -205,7 +205,8 @@ def _does(found: _Driven, library: Library, choice: Choice) -> bool:
     loss = found.errors - now
     chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
     terms = [*(t.candidate for t in found.terms), found.law]
-    return float(loss.sum()) <= max(chance, _MISSED * gained) and _is_a_joint(found.library, terms)
+    missed = min(_MISSED * gained, _LITTLE * float(now.sum()))
+    return float(loss.sum()) <= max(chance, missed) and _is_a_joint(found.library, terms)
 
 
 def _is_a_joint(library: Library, terms: Sequence[Candidate]) -> bool:
