@@ -32,6 +32,7 @@ from agent.report.explanation.words import (
     verdict_words,
     what_to_do,
 )
+from agent.report.rows import ParameterRow
 
 WIDTH = 80
 _NAME, _SHARE = 55, 14  # columns of a finding's name and of its share
@@ -122,22 +123,32 @@ def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str
     if finding.where:
         places = "; ".join(regions_in_words(finding.where, names))
         lines += _wrapped(f"where: {places}", "   ")
-    for row in parameter_rows(finding.parameters):
-        if row.identified:
-            value = f"{row.value} {row.unit}".strip()
-            beside = row.interval or row.reason
-            interval = f" ({beside})" if beside else ""
-            lines += textwrap.wrap(
-                f"   {row.label:<40} {value}{interval}", WIDTH, subsequent_indent=44 * " "
-            )
-        else:
-            lines += _wrapped(f"{row.label}: not identified: {row.reason}", "   ")
+    lines += _numbers(parameter_rows(finding.parameters))
     for other in finding.alternatives:
         lines += _wrapped(
             f"or {effect_name(other.effect)} ({share(other.probability)}); told apart by: "
             f"{after_colon(other.told_apart_by)}",
             "   ",
         )
+    return lines
+
+
+def _numbers(rows: Sequence[ParameterRow]) -> list[str]:
+    """Return a finding's numbers, and after them those that are not known, by the reason."""
+    lines: list[str] = []
+    unknown: dict[str, list[str]] = {}
+    for row in rows:
+        if not row.identified:
+            unknown.setdefault(row.reason, []).append(row.label)
+            continue
+        value = f"{row.value} {row.unit}".strip()
+        beside = row.interval or row.reason
+        interval = f" ({beside})" if beside else ""
+        lines += textwrap.wrap(
+            f"   {row.label:<40} {value}{interval}", WIDTH, subsequent_indent=44 * " "
+        )
+    for reason, labels in unknown.items():
+        lines += _wrapped(f"{'; '.join(labels)}: not identified: {reason}", "   ")
     return lines
 
 

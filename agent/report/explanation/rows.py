@@ -31,6 +31,7 @@ from agent.report.rows import ParameterRow
 
 _CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
 _TAKEN = frozenset({"half_gap_spread", "arm_yield_rad"})
+_RESTS_ON = {"driving_excess": "at the simulation's weight"}
 """Numbers of a gap's law that are the same for every gear, unless they come with an interval."""
 
 
@@ -136,8 +137,8 @@ def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, .
         scale = quantity_scale(name, [parameter.value])
         value, interval, _ = written(parameter, scale.factor)
         taken = name in _TAKEN and parameter.ci95 is None
-        chosen = _CHOSEN if name.startswith("reference_") or taken else ""
-        rows.append(ParameterRow(label, value, interval, scale.unit, True, chosen))
+        how = _CHOSEN if name.startswith("reference_") or taken else _RESTS_ON.get(name, "")
+        rows.append(ParameterRow(label, value, interval, scale.unit, True, how))
     return tuple(rows)
 
 

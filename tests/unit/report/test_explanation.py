@@ -225,6 +225,19 @@ def test_what_is_not_proven_is_marked_so_where_it_is_listed_too() -> None:
     assert verdict_words(near).status == verdict_words(examples.tied()).status
 
 
+def test_numbers_that_are_not_known_for_one_reason_stand_in_one_line() -> None:
+    """A wobble of six numbers had twelve lines of the same words."""
+    found = examples.explained()
+    reason = "the squared error hardly depends on it"
+    unknown = {n: Parameter.not_identified(reason, 1.0) for n in ("cos_nm", "sin_nm", "limit_nm")}
+    known = {"half_gap_rad": Parameter(0.01, (0.008, 0.012))}
+    finding = dataclasses.replace(found.findings[0], parameters={**unknown, **known})
+    text = " ".join(explanation_text(dataclasses.replace(found, findings=(finding,))).split())
+    assert text.count("not identified:") == 1
+    assert f"Cosine part; Sine part; Torque limit of the drive: not identified: {reason}" in text
+    assert text.index("Half of the gap") < text.index("Cosine part")
+
+
 def test_verdicts_differ_in_word_and_in_shape() -> None:
     words = [verdict_words(explanation(case)) for case in examples.ALL]
     assert (
