@@ -65,8 +65,9 @@ def weight_said(per_load: float, excess: float, *, falls: bool) -> str:
     """
     driving, driven = per_load / (1.0 - excess), per_load / (1.0 + excess)
     return (
-        f"friction under load is {percent(driving)} of the load where the motor drives it, and "
-        f"{percent(driven)} where it drives the motor{' (near standstill)' if falls else ''}, as "
+        f"friction under load is {short(100.0 * driving)} % of the load where the motor drives it, "
+        f"and {short(100.0 * driven)} % where it drives the motor"
+        f"{' (near standstill)' if falls else ''}, as "
         "a gear's own friction loads it, too; were both the same, the load would be "
         f"{short(50.0 * (driving - driven))} % heavier instead: a known weight tells"
     )

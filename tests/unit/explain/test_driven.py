@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from agent.explain.driven import losses_said
+from agent.explain.driven import losses_said, weight_said
 
 WEIGHT = (0.16, 0.05)
 
@@ -35,3 +35,12 @@ def test_a_payload_that_hangs_as_the_weight_is_said_as_losses() -> None:
 )
 def test_no_other_payload_is(friction: float, extra: tuple[float, float]) -> None:
     assert not losses_said(friction, extra, WEIGHT)
+
+
+def test_a_gear_that_its_own_friction_loads_is_said_with_the_weight_that_would_do() -> None:
+    """A servo's friction of more than its load is no hundred percent of it."""
+    said = weight_said(0.6, 0.5, falls=True)
+    assert "120 % of the load where the motor drives it, and 40 % where it drives" in said
+    assert "near standstill" in said
+    assert "40 % heavier" in said
+    assert "near standstill" not in weight_said(0.3, 0.15, falls=False)
