@@ -72,8 +72,8 @@ class Told:
 
         What they show explains a part, however small; and so does a wave that is surely there.
         """
-        shown = SHOWN | sure_waves(self.found)
-        found = unnamed(self.found)
+        waves = sure_waves(self.found)
+        shown, found = SHOWN | waves, unnamed(self.found, waves)
         kept = [f for f in self.named if f.effect in own_numbers(found) | shown]
         named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
         verdict = "partly-explained" if any(f.effect in shown for f in named) else self.verdict

@@ -40,17 +40,18 @@ _WORSE = 1.1  # times the error of the simulation as given: more, and a law has 
 _FAR_WORSE = 1.25  # or this, where a law explains a part anyway
 
 
-def unnamed(found: Study) -> Study:
+def unnamed(found: Study, waves: frozenset[str] = frozenset()) -> Study:
     """Return a study with the twin's own numbers refitted, and no law beside what signals show.
 
     Parameters
     ----------
     found : Study
         Unexplained.
+    waves : frozenset of str
+        Those that stay named, see `sure_waves`.
     """
     library = found.library
     every = zip(found.choice.terms, found.model.parameters, strict=True)
-    waves = sure_waves(found)
     terms = tuple(
         term
         for term, numbers in every

@@ -42,6 +42,7 @@ _MOST = 1.15  # of the friction per load: an excess beyond that is none that fri
 _SURELY = 3.0  # standard errors, as between any two laws
 _MISSED, _LITTLE = 0.05, 0.1  # of what the excess gains, and of what is left: less is no loss
 _BELOW_ONE = 0.95
+_SHARES = (0.0, 0.5, 1.0)  # of the arm's friction, in the load
 _NONE = 0.1  # of what there was: so little below zero is none
 _WEIGHT_AT = [i for i, name in enumerate(BASE) if name.startswith("gravity")]
 
@@ -86,7 +87,7 @@ def driving(library: Library, choice: Choice) -> tuple[Library, Choice]:
             found = _driven(library, plain, others)
             if found is None or not _does(found, library, choice):
                 continue
-            ours = found.library
+            ours = _asked_with_it(library, found)
             scored = replace(law.scored, candidate=found.law, coefficients=_own(ours, found))
             terms = tuple(
                 replace(law, scored=scored) if t is law else t
@@ -142,7 +143,9 @@ def _driven(library: Library, law: Candidate, others: tuple[Term, ...]) -> _Driv
     for _ in range(_ROUNDS):
         tried = _tried(ours, driving, held, best)
         found = min(tried, key=lambda c: float(ours.errors_with(held, c.columns).sum()))
-        found = _grid(library, driving, ours, found).deeper(found, basis, left)
+        points = _points(library, driving, found)
+        grid = tuple(replace(found, point=point) for point in points)  # how far apart they are
+        found = replace(ours, candidates=grid).deeper(found, basis, left)
         now = float(ours.errors_with(held, found.columns).sum())
         if now >= error:
             break
@@ -150,21 +153,25 @@ def _driven(library: Library, law: Candidate, others: tuple[Term, ...]) -> _Driv
     if best.point[-1] <= 0.0:
         return None
     errors = ours.errors_with(held, best.columns)
-    return _Driven(_grid(library, driving, ours, best), others, best, without, errors)
+    return _Driven(ours, others, best, without, errors)
 
 
-def _grid(library: Library, driving: Driving, ours: Library, best: Candidate) -> Library:
-    """Return a library in which whatever is asked of such a load is asked with its excess."""
+def _points(library: Library, driving: Driving, best: Candidate) -> list[Point]:
+    """Return the plain form's grid with a law's own excess."""
     more = len(best.point) - len(driving.plain.nonlinear)
-    kept: list[Candidate] = []
-    for c in library.candidates:
-        if c.form is not driving.plain:
-            kept.append(c)
-            continue
-        for share in (0.0, 0.5, 1.0) if driving.falls else (None,):
-            own = best.point[-more:] if share is None else (share, *best.point[1 - more :])
-            kept.append(_candidate(ours, driving, (*c.point, *own)))
-    return replace(ours, candidates=tuple(kept))
+    own = best.point[-more:]
+    beside = [(share, *own[1:]) for share in _SHARES] if driving.falls else [own]
+    plain = (c.point for c in library.candidates if c.form is driving.plain)
+    return [(*point, *each) for point in plain for each in beside]
+
+
+def _asked_with_it(library: Library, found: _Driven) -> Library:
+    """Return a library in which whatever is asked of such a load is asked with its excess."""
+    driving = next(d for d in DRIVING.values() if d.form is found.law.form)
+    kept = [c for c in library.candidates if c.form is not driving.plain]
+    points = _points(library, driving, found.law)
+    grid = (_candidate(found.library, driving, point) for point in points)
+    return replace(found.library, candidates=(*kept, *grid))
 
 
 def _rest(library: Library, others: Sequence[Candidate]) -> Floats:
