@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.carrying import Given, with_load
 from agent.explain.choosing.materiality import CLOSE, MATERIAL
-from agent.explain.findings import findings_of
+from agent.explain.findings import findings_of, order_of
 from agent.explain.location.leftover import LeftWhere, left_where, line_regions
 from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.explain.surroundings import (
     beside_the_joint,
@@ -75,6 +76,7 @@ class Told:
         waves = sure_waves(self.found)
         shown, found = SHOWN | waves, unnamed(self.found, waves)
         kept = [f for f in self.named if f.effect in own_numbers(found) | shown]
+        kept = _said_alone(kept, findings_of(found), found.library.scene) if waves else kept
         named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
         verdict = "partly-explained" if any(f.effect in shown for f in named) else self.verdict
         return replace(
@@ -143,6 +145,16 @@ class Told:
         """Return the swings that the study's model still holds."""
         effects = {term.scored.form.effect for term in self.found.choice.terms}
         return tuple(swing for swing in self.swings if swing.effect in effects)
+
+
+def _said_alone(kept: Sequence[Finding], alone: Sequence[Finding], scene: Scene) -> list[Finding]:
+    """Return findings with what is said of them beside each other alone.
+
+    Their numbers stay as wide as what has no name leaves them.
+    """
+    said = {(f.effect, f.form, order_of(scene, f.parameters)): f for f in alone}
+    pairs = ((f, said.get((f.effect, f.form, order_of(scene, f.parameters)), f)) for f in kept)
+    return [replace(f, said=now.said, energy_share=now.energy_share) for f, now in pairs]
 
 
 def _halved(finding: Finding) -> Finding:
