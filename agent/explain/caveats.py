@@ -14,7 +14,7 @@ from agent.explain.at_edges import edges_said
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import FAR
-from agent.explain.choosing.search import DELAY
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import (

@@ -13,7 +13,7 @@ from agent.explain.another_axis import Aside, of_another_axis
 from agent.explain.asked import Asked, tabulated
 from agent.explain.carried import carried_by_some, weightless_said
 from agent.explain.carrying import Given, studied
-from agent.explain.choosing.search import DELAY
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.numbers.late_velocity import (
     hides_in,
     is_much,

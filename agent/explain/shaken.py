@@ -11,7 +11,7 @@ import numpy as np
 from agent.explain.choosing.candidate import basis_of, gain_of
 from agent.explain.choosing.materiality import FAR
 from agent.explain.choosing.only_fast import is_only_fast
-from agent.explain.choosing.search import DELAY
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.forms.library import FORMS
 from agent.explain.rows.slow_motion import SLOW
 from agent.explain.rows.table import Table

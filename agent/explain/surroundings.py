@@ -32,7 +32,8 @@ from agent.explain.choosing.of_the_loop import (
     is_another_motions,
     is_the_simulations,
 )
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.forms.form import Form
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import NOT_NEEDED

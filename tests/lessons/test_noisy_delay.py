@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.forms.signal import FORMS
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.refit import refit

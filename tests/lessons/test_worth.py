@@ -19,8 +19,9 @@ from agent.explain.choosing.materiality import (
     least_gain,
     worth,
 )
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import above_noise, shares_of, without_term
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.model import fit_model

@@ -87,7 +87,7 @@ def _best(library: Library, others: Sequence[Candidate]) -> Floats | None:
         width = wide * middle
         if scene.slowest < middle - _OVER * width and middle + _OVER * width < scene.fastest:
             columns = library.columns(_BAND, (middle, width))
-            driven.append(Candidate(_BAND, (middle, width), columns))
+            driven.append(Candidate.of(_BAND, (middle, width), columns))
     if not driven:
         return None
     best = max(driven, key=lambda candidate: gain_of(candidate, basis, left))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from agent.explain.choosing.kept import Kept
 from agent.explain.forms.form import Form, Point
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
@@ -15,16 +16,30 @@ from agent.identify.result import Floats
 
 @dataclass(frozen=True)
 class Candidate:
-    """One form at one point: its weighted columns (m, k) among the rows."""
+    """One form at one point, and its weighted columns among the rows."""
 
     form: Form
     point: Point
-    columns: Floats
+    kept: Kept
 
-    @cached_property
+    @classmethod
+    def of(cls, form: Form, point: Point, columns: Floats) -> Candidate:
+        """Return a candidate of columns, shape (m, k), that are there."""
+        return cls(form, point, Kept(None, columns))
+
+    @property
+    def columns(self) -> Floats:
+        """Return the weighted columns, shape (m, k)."""
+        return self.kept.columns
+
+    @property
     def gram(self) -> Floats:
         """Return the columns' products with each other, shape (k, k)."""
-        return np.asarray(self.columns.T @ self.columns)
+        return self.kept.gram
+
+    def at_rows(self, rows: NDArray[np.bool_]) -> Candidate:
+        """Return the same candidate over some rows, shape (m,)."""
+        return replace(self, kept=Kept(lambda: self.columns[rows]))
 
 
 @dataclass(frozen=True)
@@ -118,8 +133,9 @@ def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
         What the model leaves.
     """
     # What the projection leaves of a column is orthogonal to what it takes: products are enough.
-    copied = basis.T @ candidate.columns
-    if candidate.columns.shape[1] == 1:
+    columns = candidate.columns
+    copied = basis.T @ columns
+    if columns.shape[1] == 1:
         return _gain_of_one(candidate, copied[:, 0], basis, left)
     gram = candidate.gram - copied.T @ copied
     scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
@@ -128,7 +144,7 @@ def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
         return 0.0
     gram = gram / np.outer(scale, scale)
     gram.flat[:: gram.shape[0] + 1] += 1e-9
-    moment = (candidate.columns.T @ left - copied.T @ (basis.T @ left)) / scale
+    moment = (columns.T @ left - copied.T @ (basis.T @ left)) / scale
     theta = np.linalg.solve(gram, moment)
     for i, value in enumerate(theta):
         if candidate.form.sign(i) * value < 0.0:

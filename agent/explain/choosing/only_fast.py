@@ -13,7 +13,8 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.choice import Choice
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.rows.slow_motion import by_slow_motion
 
 _SURELY = 2.0  # standard errors

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of, gain_of
 from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.heard import heard
-from agent.explain.forms.form import Columns, Form, Point
-from agent.explain.forms.mixed import Mixed, Part
+from agent.explain.choosing.kept import Kept, new_round
+from agent.explain.choosing.weighted import DELAY, weighted_columns
+from agent.explain.forms.form import Form, Point
 from agent.explain.forms.refinement import climbed
 from agent.explain.forms.signal import later_by_numbers
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
@@ -21,11 +22,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 
-DELAY = "measurement-delay"
-"""The one effect that every other passes: its column is the twin's own torque, later or earlier."""
-
 _POINTS_IN_FOLDS = 4
-_PARTS_KEPT = 64  # of mixed columns: a search moves along one number at a time
 _ROUNDS = 6  # of a form's numbers moved together
 _POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
@@ -37,7 +34,7 @@ _TOLERATED = 0.05
 
 @dataclass(frozen=True)
 class Library:
-    """All candidates of one scene, computed once, and compared with any model.
+    """All candidates of one scene, compared with any model.
 
     Parameters
     ----------
@@ -49,7 +46,7 @@ class Library:
         Weighted columns of the twin's own numbers, as far as they are excited.
     candidates : tuple of Candidate
     known : dict
-        Every candidate that was computed so far, by form and point: searches meet again.
+        Every candidate that was asked for so far, by form and point: searches meet again.
     lenient : bool
         Whether a law may enter beside which the joint is none that could be: another one that makes
         it possible again may come later.
@@ -64,13 +61,10 @@ class Library:
         default_factory=dict, compare=False, repr=False
     )
     lenient: bool = False
-    _parts: dict[tuple[Columns, Point, bool], Floats] = field(
-        init=False, default_factory=dict, compare=False, repr=False
-    )
 
     @classmethod
     def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
-        """Compute all columns of forms whose signals were recorded."""
+        """Return a library of forms whose signals were recorded, over their grids."""
         carried = scene.table.carried
         empty = cls(
             scene,
@@ -89,50 +83,29 @@ class Library:
             weighing,
             self.target[rows],
             self.base[rows],
-            tuple(replace(c, columns=c.columns[rows]) for c in self.candidates),
+            tuple(c.at_rows(rows) for c in self.candidates),
         )
 
     def candidate(self, form: Form, point: Point) -> Candidate:
-        """Compute one candidate's columns, or take what was computed before."""
+        """Return the candidate of a point; its columns are made when they are asked for."""
         key = form, point
         found = self.known.get(key)
         if found is None:
-            found = self.known[key] = Candidate(form, point, self._computed(form, point))
+            found = self.known[key] = Candidate(form, point, Kept(self.maker(form, point)))
         return found
+
+    def maker(self, form: Form, point: Point) -> Callable[[], Floats]:
+        """Return what makes a candidate's columns, without any other of the library."""
+        return partial(weighted_columns, self.scene, self.weighing, form, point)
 
     def columns(self, form: Form, point: Point) -> Floats:
         """Compute one point's weighted columns, shape (m, k), and do not keep them."""
         found = self.known.get((form, point))
-        return self._computed(form, point) if not found else found.columns
+        return found.columns if found else self.maker(form, point)()
 
     def all_points(self, form: Form) -> list[Candidate]:
-        """Compute a form's columns over its whole grid."""
+        """Return a form's candidates over its whole grid."""
         return [self.candidate(form, point) for point in form.grid(self.scene)]
-
-    def _computed(self, form: Form, point: Point) -> Floats:
-        """Return a form's weighted columns, shape (m, k)."""
-        if not isinstance(form.columns, Mixed):
-            return self._at_rows(form, form.columns(self.scene, point))
-        parts = [self._part(form, part) for part in form.columns.parts(point)]
-        return form.columns.of(parts, self.scene, point)
-
-    def _part(self, form: Form, part: Part) -> Floats:
-        """Return a part of mixed columns as weighted rows, shape (m, q), or take it as it was."""
-        columns, point = part
-        key = columns, point, form.at_edges
-        found = self._parts.get(key)
-        if found is None:
-            while len(self._parts) >= _PARTS_KEPT:
-                del self._parts[next(iter(self._parts))]
-            found = self._parts[key] = self._at_rows(form, columns(self.scene, point))
-        return found
-
-    def _at_rows(self, form: Form, raw: Floats) -> Floats:
-        """Return full-rate columns (N, k) as weighted rows (m, k)."""
-        table = self.scene.table
-        raw = raw if form.effect == DELAY else self.scene.as_late(raw)
-        seen = table.where_speed_changes(raw) if form.at_edges else raw
-        return self.weighing.weighted(table.band(seen))
 
     def model(self, terms: Sequence[Candidate]) -> Floats:
         """Return the columns of the base model and some terms, shape (m, p)."""
@@ -190,6 +163,7 @@ class Library:
         known : sequence of Candidate
             To be screened beside those of the grids.
         """
+        new_round()
         model = self.model(terms)
         basis = basis_of(model)
         left = self.target - basis @ (basis.T @ self.target)
@@ -261,7 +235,7 @@ class Library:
             lambda _, own: form.allows(own),
             _ROUNDS,
         )
-        return Candidate(form, found, self.columns(form, found))
+        return Candidate.of(form, found, self.columns(form, found))
 
     def _from_possible(
         self, entry: list[tuple[float, Candidate]], model: Floats, worth: float

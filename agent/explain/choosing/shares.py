@@ -17,7 +17,8 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, Known, Together
 from agent.explain.choosing.materiality import CLOSE
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.rows.evidence import solve, unseen
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_rows

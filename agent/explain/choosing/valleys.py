@@ -51,7 +51,7 @@ def deepest(
     scene = scene_beside(library, terms)
 
     def best_of(points: Sequence[Point]) -> list[tuple[float, Candidate]]:
-        tried = [Candidate(form, point, library.columns(form, point)) for point in points]
+        tried = [Candidate.of(form, point, library.columns(form, point)) for point in points]
         return sorted(((gain_of(c, basis, left), c) for c in tried), key=lambda pair: -pair[0])
 
     gain, best = best_of([found.candidate.point])[0]

@@ -16,6 +16,7 @@ from agent.explain.choosing.beginnings import other_beginning
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, decided, settled
 from agent.explain.choosing.heard import BACKLASH
+from agent.explain.choosing.kept import Kept
 from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
@@ -31,7 +32,7 @@ from agent.explain.numbers.resting import (
     is_possible,
     moved_far,
     numbers_beside,
-    resting_on_none,
+    on_scene,
     taken_at,
 )
 from agent.explain.numbers.shaped import chosen_with_its_shape
@@ -199,7 +200,7 @@ def _hangs_otherwise(library: Library, terms: Sequence[Candidate]) -> bool:
         return False
     share = arm_share_beside(library, terms)
     closely = replace(library.scene, theta=theta, arm_share=share, closely=True)
-    there = replace(library, scene=closely, known=resting_on_none(library))
+    there = on_scene(library, closely)
     moved = together(there, [there.candidate(c.form, c.point) for c in terms])
     return float(there.errors(moved).sum()) < _LESS * float(library.errors(terms).sum())
 
@@ -280,23 +281,24 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     beside = _as_beside(library, terms)
     weighing = weigh(scene.table, left)
     ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
-    known = {
-        (c.form, c.point): replace(c, columns=c.columns * ratio)
-        for c in (*library.candidates, *terms)
-    }
     renewed = Library(
         replace(scene, residual_nm=left),
         weighing,
         library.target * ratio[:, 0],
         library.base * ratio,
-        tuple(known[c.form, c.point] for c in library.candidates),
-        known,
+        (),
     )
+    for c in (*library.candidates, *terms):
+        there = c.kept.at_hand
+        own = Kept(renewed.maker(c.form, c.point), None if there is None else there * ratio)
+        renewed.known[c.form, c.point] = replace(c, kept=own)
+    candidates = tuple(renewed.known[c.form, c.point] for c in library.candidates)
+    renewed = replace(renewed, candidates=candidates)
     heard = scene.blows is None and beside.blows is not None
     hangs = not scene.closely and _hangs_otherwise(library, terms)
     moved = hangs or moved_far(library, beside.theta)
     if beside.held is not None or heard or moved or grown(scene, beside):
         closely = scene.closely or hangs
-        own = replace(beside, theta=renewed.scene.theta, residual_nm=left, closely=closely)
-        renewed = taken_at(replace(renewed, scene=own), beside.theta)
+        now = replace(beside, theta=renewed.scene.theta, residual_nm=left, closely=closely)
+        renewed = taken_at(replace(renewed, scene=now), beside.theta)
     return with_new_grids(renewed, terms)

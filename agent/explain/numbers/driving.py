@@ -29,7 +29,7 @@ from agent.explain.numbers.polish import polished
 from agent.explain.numbers.resting import (
     at_own_numbers,
     numbers_beside,
-    resting_on_none,
+    on_scene,
 )
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.table import BASE
@@ -133,7 +133,7 @@ def _driven(library: Library, law: Candidate, others: tuple[Term, ...]) -> _Driv
     scene = library.scene
     theta = scene.theta.copy()
     theta[_WEIGHT_AT] = scene.as_given[_WEIGHT_AT]
-    ours = replace(library, scene=replace(scene, theta=theta), known=resting_on_none(library))
+    ours = on_scene(library, replace(scene, theta=theta))
     held = _rest(ours, [t.candidate for t in others])
     basis = basis_of(held)
     left = ours.target - basis @ (basis.T @ ours.target)
@@ -193,7 +193,7 @@ def _tried(library: Library, driving: Driving, held: Floats, best: Candidate) ->
 
 
 def _candidate(library: Library, driving: Driving, point: Point) -> Candidate:
-    return Candidate(driving.form, point, library.columns(driving.form, point))
+    return Candidate.of(driving.form, point, library.columns(driving.form, point))
 
 
 def _own(library: Library, found: _Driven) -> Floats:

@@ -73,7 +73,7 @@ def _evened(library: Library, choice: Choice, at: int) -> Term | None:
     ends: list[tuple[float, Candidate]] = []
     for _ in range(_EVENER):
         near = form.once_known(library.scene, found.point)
-        tried = [Candidate(form, point, library.columns(form, point)) for point in near]
+        tried = [Candidate.of(form, point, library.columns(form, point)) for point in near]
         starts = sorted(tried, key=gain, reverse=True)[:_FOLLOWED]
         deeper = [library.deeper(start, basis, left) for start in starts]
         ended = [(float(library.errors([*others, end]).sum()), end) for end in deeper]

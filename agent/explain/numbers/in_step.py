@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.rivals import Term
-from agent.explain.choosing.search import DELAY, Library
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.weighted import DELAY
 from agent.explain.forms.order import waves_of
 from agent.explain.forms.orders import ORDER, strong_orders
 from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s, turning_round

@@ -16,7 +16,7 @@ from agent.explain.choosing.choice import Choice, choose, decided
 from agent.explain.choosing.rivals import LIKE_A_WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import together
-from agent.explain.numbers.resting import is_possible, numbers_beside, resting_on_none, taken_at
+from agent.explain.numbers.resting import is_possible, numbers_beside, on_scene, taken_at
 from agent.explain.numbers.whole import held_beside
 from agent.explain.rows.scene import Scene
 
@@ -116,7 +116,7 @@ def _in_each_other(library: Library, terms: Sequence[Candidate]) -> tuple[Librar
             break
         before = library.scene
         scene = replace(before, theta=theta, held=held_beside(library, found))
-        library = replace(library, scene=scene, known=resting_on_none(library))
+        library = on_scene(library, scene)
         found = [
             library.candidate(c.form, c.form.carried_over(before, scene, c.point)) for c in found
         ]

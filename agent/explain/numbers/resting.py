@@ -16,7 +16,6 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, settled
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
-from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.in_step import late_beside
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import retaken
@@ -29,6 +28,7 @@ from agent.explain.numbers.whole import (
     yields_beside,
 )
 from agent.explain.rows.evidence import solve
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _ROUNDS = 2
@@ -117,7 +117,7 @@ def at_own_numbers(library: Library, choice: Choice) -> tuple[Library, Choice]:
             break
         share = arm_share_beside(library, choice.candidates)
         scene = replace(library.scene, theta=theta, arm_share=share, closely=True)
-        again = replace(library, scene=scene, known=resting_on_none(library))
+        again = on_scene(library, scene)
         terms = tuple(retaken(again, term, library.scene) for term in choice.terms)
         if all(map(_same, choice.terms, terms)):
             break
@@ -136,9 +136,17 @@ def _same(before: Term, after: Term) -> bool:
     return float(shift @ shift) <= _SAME**2 * float(was @ was)
 
 
-def resting_on_none(library: Library) -> dict[tuple[Form, Point], Candidate]:
-    """Return what was computed of laws that are made of none of the twin's numbers."""
-    return {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
+def on_scene(library: Library, scene: Scene) -> Library:
+    """Return a library on another scene of the same motion, its candidates as they were made.
+
+    What was asked for of laws that are made of none of the twin's numbers is known there as well.
+    """
+    moved = replace(library, scene=scene, known={})
+    for (form, point), candidate in library.known.items():
+        if not form.rests_on_numbers:
+            kept = candidate.kept.made_by(moved.maker(form, point))
+            moved.known[form, point] = replace(candidate, kept=kept)
+    return moved
 
 
 def is_possible(library: Library, terms: Sequence[Candidate]) -> bool:
@@ -180,8 +188,7 @@ def moved_far(library: Library, theta: Floats) -> bool:
 
 def taken_at(library: Library, theta: Floats) -> Library:
     """Return a library whose laws, the same as before, rest on other numbers of the twin."""
-    scene = replace(library.scene, theta=theta)
-    moved = replace(library, scene=scene, known=resting_on_none(library))
+    moved = on_scene(library, replace(library.scene, theta=theta))
     points = (
         (c.form, c.form.carried_over(library.scene, moved.scene, c.point))
         for c in library.candidates

@@ -13,6 +13,7 @@ from agent.explain.rows.ageing import Ageing
 from agent.explain.rows.arm_motion import ArmMotion
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.bridged import Bridged
+from agent.explain.rows.evidence import Weighing
 from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
@@ -66,6 +67,8 @@ class Scene:
         Whether an arm is followed as closely as its numbers are told, and not as a search asks.
     waves : dict
         The last few of `wave`, by order, with the motion that each is of: searches meet again.
+    parts : dict
+        The last few parts that laws' columns are mixed of, with the weighing that each is under.
     """
 
     table: Table
@@ -84,6 +87,9 @@ class Scene:
     closely: bool = field(default=False, kw_only=True)
     waves: dict[float, tuple[Floats, Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
+    )
+    parts: dict[tuple[Callable[..., Floats], tuple[float, ...], bool], tuple[Weighing, Floats]] = (
+        field(init=False, default_factory=dict, compare=False, repr=False)
     )
 
     def full(self, name: str) -> Floats:

@@ -87,7 +87,7 @@ def test_a_small_law_left_out_is_covered_where_the_library_has_it(
         column = rng.standard_normal(COUNT)
         small = 0.5 * column + rng.standard_normal(COUNT)
         target = 0.7 * column + 0.25 * small + rng.standard_normal(COUNT)
-        others = (Candidate(SMALL, (), small[:, None]),) if known else ()
+        others = (Candidate.of(SMALL, (), small[:, None]),) if known else ()
         hits.append(covered(column, target, 0.7, others)[0])
     assert least <= np.mean(hits) <= most
 
@@ -104,7 +104,7 @@ def test_what_is_left_along_other_laws_is_missing_along_the_models_own() -> None
         ).T
         target = 0.7 * column + 0.1 * unknown + 0.05 * rng.standard_normal(COUNT)
         laws = [
-            Candidate(replace(SMALL, name=f"{i}"), (), other[:, None])
+            Candidate.of(replace(SMALL, name=f"{i}"), (), other[:, None])
             for i, other in enumerate(others)
         ]
         hits.append(covered(column, target, 0.7, laws)[0])
@@ -132,6 +132,6 @@ def test_another_name_for_a_number_does_not_make_it_unknown() -> None:
     column = rng.standard_normal(COUNT)
     renamed = column + 0.01 * rng.standard_normal(COUNT)
     target = 0.7 * column + 0.1 * rng.standard_normal(COUNT)
-    hit, length = covered(column, target, 0.7, (Candidate(SMALL, (), renamed[:, None]),))
+    hit, length = covered(column, target, 0.7, (Candidate.of(SMALL, (), renamed[:, None]),))
     assert hit
     assert length < 1.1 * covered(column, target, 0.7)[1]

@@ -35,7 +35,7 @@ def test_a_gain_is_what_a_fit_beside_the_model_removes_whatever_the_model_left(s
     both = basis_of(np.concatenate((model, columns), axis=1))
     after = left - both @ (both.T @ left)
     expected = float(alone @ alone) - float(after @ after)
-    found = gain_of(Candidate(FORM, (), columns), basis, left)
+    found = gain_of(Candidate.of(FORM, (), columns), basis, left)
     assert abs(found - expected) < 1e-6 * float(alone @ alone)
 
 

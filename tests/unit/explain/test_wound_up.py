@@ -43,7 +43,7 @@ def test_what_no_arm_hangs_on_is_not_searched_on_with(swing_hz: float, enters: b
     rows, blocks = np.arange(240), np.arange(12)
     weighing = Weighing(rows, np.ones(240), 20 * blocks, blocks % 4, rows // 120, by_run=False)
     inertial, swing = np.random.default_rng(0).normal(size=(2, 240, 1))
-    arm = Candidate(spring, (swing_hz, 0.2), swing)
+    arm = Candidate.of(spring, (swing_hz, 0.2), swing)
     target = 2.5e-5 * swing[:, 0]
     library = Library(SCENE, weighing, target, inertial, (arm,))
     assert [s.candidate for s in library.rank([], refined=False)] == [arm] * enters

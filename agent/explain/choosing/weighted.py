@@ -1,0 +1,42 @@
+"""A law's torque on a scene, as the weighted rows that models are fitted to."""
+
+from __future__ import annotations
+
+from agent.explain.forms.form import Columns, Form, Point
+from agent.explain.forms.mixed import Mixed, Part
+from agent.explain.rows.evidence import Weighing
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+
+DELAY = "measurement-delay"
+"""The one effect that every other passes: its column is the twin's own torque, later or earlier."""
+
+_PARTS_KEPT = 64  # of mixed columns: a search moves along one number at a time
+
+
+def weighted_columns(scene: Scene, weighing: Weighing, form: Form, point: Point) -> Floats:
+    """Return a form's weighted columns at one point, shape (m, k)."""
+    if not isinstance(form.columns, Mixed):
+        return weighing.weighted(_banded(scene, form.columns, point, form))
+    parts = [_part(scene, weighing, form, part) for part in form.columns.parts(point)]
+    return form.columns.of(parts, scene, point)
+
+
+def _part(scene: Scene, weighing: Weighing, form: Form, part: Part) -> Floats:
+    """Return a part of mixed columns as weighted rows, shape (m, q), or take it as it was."""
+    columns, point = part
+    key = columns, point, form.at_edges
+    found = scene.parts.get(key)
+    if found is None or found[0] is not weighing:
+        while len(scene.parts) >= _PARTS_KEPT:
+            del scene.parts[next(iter(scene.parts))]
+        made = weighing.weighted(_banded(scene, columns, point, form))
+        found = scene.parts[key] = weighing, made
+    return found[1]
+
+
+def _banded(scene: Scene, columns: Columns, point: Point, form: Form) -> Floats:
+    """Return columns in the band of the comparison, shape (n, k)."""
+    raw = columns(scene, point)
+    raw = raw if form.effect == DELAY else scene.as_late(raw)
+    return scene.table.band(scene.table.where_speed_changes(raw) if form.at_edges else raw)

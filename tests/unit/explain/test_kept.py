@@ -1,0 +1,91 @@
+"""Columns are there whenever they are asked for, and never take more memory than they may."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.explain.choosing import kept
+from agent.explain.choosing.kept import Kept, kept_bytes, new_round
+from agent.identify.result import Floats
+
+SIZE = np.zeros(64).nbytes
+
+
+@pytest.fixture(autouse=True)
+def room_for_eight() -> Iterator[None]:
+    """Let eight laws' columns be kept, beside what other tests of this process keep."""
+    before = kept.MOST_BYTES
+    new_round()
+    kept.MOST_BYTES = kept_bytes() + 8 * SIZE
+    yield
+    kept.MOST_BYTES = before
+
+
+def laws(count: int) -> tuple[list[Kept], Counter[int]]:
+    """Return laws' columns, each its number throughout, and how often each was made."""
+    made: Counter[int] = Counter()
+
+    def maker(number: int) -> Callable[[], Floats]:
+        def make() -> Floats:
+            made[number] += 1
+            return np.full((64, 1), float(number))
+
+        return make
+
+    return [Kept(maker(number)) for number in range(count)], made
+
+
+@given(asked=st.lists(st.one_of(st.integers(0, 19), st.none()), max_size=60))
+def test_columns_are_the_same_whenever_they_are_asked_for(asked: list[int | None]) -> None:
+    before = kept_bytes()
+    own, _ = laws(20)
+    for number in asked:
+        if number is None:
+            new_round()
+        else:
+            assert own[number].columns[0, 0] == number
+            assert own[number].gram[0, 0] == 64.0 * number**2
+    del own
+    assert kept_bytes() <= before  # nothing is held for laws that are gone
+
+
+def test_what_was_asked_for_longest_ago_is_made_again_and_the_rest_is_not() -> None:
+    begin = kept_bytes()
+    first, made_first = laws(6)
+    for law in first:
+        _ = law.columns
+    new_round()
+    second, made_second = laws(6)
+    for law in second:
+        _ = law.columns
+    assert kept_bytes() <= begin + 8 * SIZE
+    new_round()
+    for law in (*second, *second):
+        _ = law.columns
+    assert set(made_second.values()) == {1}
+    for law in first:
+        _ = law.columns
+    assert sorted(made_first.values()) == [1, 1, 2, 2, 2, 2]
+
+
+def test_one_search_may_take_more_than_there_is_room_for() -> None:
+    own, made = laws(12)
+    for _ in range(5):
+        new_round()
+        for law in own:
+            _ = law.columns
+    assert made.total() < 2 * 12  # in turn, again and again: not each of them every time
+
+
+def test_columns_that_were_given_stay() -> None:
+    given_ones = [Kept(None, np.full((64, 1), 1.0)) for _ in range(20)]
+    others, _ = laws(20)
+    for law in others:
+        _ = law.columns
+    assert all(law.at_hand is not None for law in given_ones)
