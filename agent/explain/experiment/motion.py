@@ -102,7 +102,7 @@ def elsewhere(home: Scene, experiments: Sequence[Sequence[Part]]) -> Elsewhere:
     begun = [k > 0 for experiment in experiments for k in range(len(experiment))]
     clocks = {"elapsed_s": _elapsed(home, table, parts), **_use(home, table, begun)}
     table = replace(table, full={**table.full, **clocks})
-    same = {f.name: getattr(home, f.name) for f in fields(Scene)}
+    same = {f.name: getattr(home, f.name) for f in fields(Scene) if f.init}
     left = np.zeros(table.used.shape[0])
     return Elsewhere(**{**same, "table": table, "theta": theta, "residual_nm": left, "home": home})
 
