@@ -17,6 +17,7 @@ from agent.physics.friction_static import DirectionDependent, powered_nm
 
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
 _LOAD_FALLS = (1.0, 2.0)  # exponents
+_STEEP_FALLS = (0.7, 4.0)
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
@@ -168,6 +169,11 @@ def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
 
 def _load_boundary_limits(scene: Scene) -> Sequence[tuple[float, float]]:
     return (0.0, _ALL), *_stribeck_limits(scene)
+
+
+def _load_while_slow_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return limits of a fall to nothing: one as slow as small exponents would leave a part."""
+    return *_load_boundary_limits(scene)[:2], _STEEP_FALLS
 
 
 def _load_powered(scene: Scene, point: Point) -> Floats:
@@ -329,7 +335,7 @@ FORMS: tuple[Form, ...] = (
         _load_boundary_grid,
         (1,),
         highest=(_MOST_UNDER_LOAD,),
-        limits=_load_boundary_limits,
+        limits=_load_while_slow_limits,
         needs=("position_rad",),
         to_twin=_load_twin,
         refines=("proportional",),
