@@ -339,6 +339,7 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         to_twin=_cubic_twin,
         contains=_ANYWHERE,
+        more_usual=("spring at rest elsewhere",),
     ),
     Form(
         "cable-force",

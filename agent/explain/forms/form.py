@@ -84,6 +84,8 @@ class Form:
         Effects that are special cases of this form: beside one of them it is no rival.
     refines : tuple of str
         Names of the same effect's forms that are special cases of this one: it must beat them.
+    more_usual : tuple of str
+        Names of the same effect's forms, as simple as this one, that stand on a tie with it.
     rests_on_numbers : bool
         Whether its columns are made of the twin's own numbers, as a load is of its gravity.
     same_beside : callable, optional
@@ -147,6 +149,7 @@ class Form:
     borne: Callable[[Scene, Point, Floats], bool] | None = None
     contains: tuple[str, ...] = ()
     refines: tuple[str, ...] = ()
+    more_usual: tuple[str, ...] = ()
     rests_on_numbers: bool = False
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     elsewhere: Callable[[Scene, Point, bool], Sequence[Point]] | None = None
@@ -182,6 +185,10 @@ class Form:
     def refined_by(self, other: Form) -> bool:
         """Return whether another form is the same effect's, and has this one as a special case."""
         return self.effect == other.effect and self.name in other.refines
+
+    def less_usual_than(self, other: Form) -> bool:
+        """Return whether another form is the same effect's, and stands on a tie with this one."""
+        return self.effect == other.effect and other.name in self.more_usual
 
     def allows(self, coefficients: Floats) -> bool:
         """Return whether no coefficient, shape (k,), has an impossible sign or size."""
