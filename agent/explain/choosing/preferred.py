@@ -73,7 +73,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         # A spring whose shorter lever is nothing is a weight: it stands for one as any law that has
         # one more number would.
         close = [s for s in close if s.form not in BALANCERS]
-    # A cubic pull and a weight that is off copy a hose that pulls evenly; hoses do, and weights fit.
+    # A cubic pull beside a weight that is off copies a hose that pulls evenly: hoses do.
     close = [s for s in close if not any(s.form.less_usual_than(other.form) for other in close)]
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.
     of_effect: dict[str, float] = {}

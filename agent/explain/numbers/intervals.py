@@ -9,23 +9,25 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.materiality import FAR, noise_energy
-from agent.explain.choosing.rivals import WEIGHT, Term
+from agent.explain.choosing.rivals import WEIGHT
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
-from agent.explain.forms.refinement import limits_of, steps_of
+from agent.explain.forms.refinement import limits_of
+from agent.explain.numbers.held_weight import reaching_over_the_weight
 from agent.explain.numbers.lag import reaching_over_a_filter
 from agent.explain.numbers.model import Model
+from agent.explain.numbers.other_pulls import reaching_over_other_pulls
 from agent.explain.numbers.profile import profiled
 from agent.explain.numbers.reach import Reach, reach_of
+from agent.explain.numbers.slopes import derivatives_of
 from agent.explain.numbers.uneven import compared
 from agent.explain.rows.table import BASE, GRAVITY_AT
-from agent.identify.result import Floats, Parameter
+from agent.identify.result import Parameter
 
 _TOGETHER = "known only together with a number that the squared error hardly depends on"
 _AS_PRODUCT = "known only together with its law's other numbers"
 _BOUNCES = "known only where one path of an arm that bounces is foretold"
 _WILD = 40.0  # times a number: so wide an interval with zero in it says that nothing is known
-_NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
 
 def with_intervals(library: Library, model: Model) -> Model:
@@ -39,12 +41,14 @@ def with_intervals(library: Library, model: Model) -> Model:
     model : Model
         As it was fitted to the library.
     """
-    derivatives, places = _derivatives(library, model)
+    derivatives, places = derivatives_of(library, model)
     weighted = model.residual_nm * library.weighing.weight
     named = named_effects(model)
     if _weighs_beside(library, model):
         named -= {WEIGHT}
     reach = reach_of(library.candidates, library.weighing, derivatives, weighted, named)
+    if WEIGHT not in named:
+        reach = reaching_over_the_weight(library, derivatives, weighted, reach)
     carried = library.scene.table.carried
     base = dict(model.base)
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
@@ -59,7 +63,7 @@ def with_intervals(library: Library, model: Model) -> Model:
         numbers |= _nonlinear(library, model, index, reach, places)
         parameters.append(only_together(term.scored.form, numbers))
     reaching = reaching_over_a_filter(model, parameters)
-    return replace(model, base=base, parameters=reaching)
+    return reaching_over_other_pulls(library, replace(model, base=base, parameters=reaching))
 
 
 def _weighs_beside(library: Library, model: Model) -> bool:
@@ -132,43 +136,6 @@ def named_effects(model: Model) -> frozenset[str]:
     found = {term.scored.form.effect for term in model.terms}
     rivals = {rival.scored.form.effect for term in model.terms for rival in term.rivals}
     return frozenset(found | rivals)
-
-
-def _derivatives(library: Library, model: Model) -> tuple[Floats, Mapping[tuple[int, int], int]]:
-    """Return the prediction's weighted derivatives by every number, shape (m, p).
-
-    And, for every non-linear number that may be moved (term, number), where its column stands.
-    """
-    columns = [library.model([t.candidate for t in model.terms])]
-    places: dict[tuple[int, int], int] = {}
-    width = columns[0].shape[1]
-    for index, (term, place) in enumerate(zip(model.terms, model.slices(), strict=True)):
-        if not term.scored.form.refine or term.scored.form.point_of is not None:
-            continue
-        for number in range(len(term.candidate.point)):
-            slope = _slope(library, term, number, model.coefficients[place])
-            if not slope.any():
-                continue
-            columns.append(slope[:, np.newaxis])
-            places[index, number] = width + len(places)
-    return np.concatenate(columns, axis=1), places
-
-
-def _slope(library: Library, term: Term, number: int, coefficients: Floats) -> Floats:
-    """Return the derivative of a term's weighted torque by a non-linear number, shape (m,)."""
-    form, point = term.scored.form, term.candidate.point
-    grid = np.array([c.point for c in library.candidates if c.form is form])
-    if not grid.size:
-        return np.zeros(library.target.shape[0])
-    nudge = _NUDGE * steps_of(form, library.scene, grid)[number](point[number])
-    low, high = limits_of(form, library.scene, grid)[number]
-    ends = max(point[number] - nudge, low), min(point[number] + nudge, high)
-    if ends[1] <= ends[0]:
-        return np.zeros(library.target.shape[0])
-    before, after = (
-        library.candidate(form, (*point[:number], end, *point[number + 1 :])) for end in ends
-    )
-    return np.asarray((after.columns - before.columns) @ coefficients / (ends[1] - ends[0]))
 
 
 def _nonlinear(
