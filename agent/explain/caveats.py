@@ -24,6 +24,7 @@ from agent.explain.driven_range import (
     otherwise_warm,
     own_law_unseen,
 )
+from agent.explain.moved import moved_said
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.off_alike import off_alike_said
@@ -88,6 +89,7 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
     told = (
         *warmth,
         off_alike_said(found),
+        moved_said(found),
         used,
         *arm,
         _right_when_cold(found),
