@@ -60,7 +60,7 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
     ----------
     study : Study
     """
-    shares = shares_of(study.library, study.choice.candidates, _floor_nm(study))
+    shares = shares_of(study.library, study.choice.candidates, study.left.noise_or_unknown_nm)
     main = max(shares, default=0.0)
     found = [
         _finding(study, index, term, share, first=share == main)
@@ -83,11 +83,9 @@ def energy_nm2(study: Study, finding: Finding) -> float:
     rows = study.library.weighing.rows
     own = finding.form == OWN_NUMBER
     left = study.table.target_nm[rows] if own else study.refitted_nm[rows]
-    return finding.energy_share * max(float(np.mean(left**2)) - _floor_nm(study) ** 2, 0.0)
-
-
-def _floor_nm(study: Study) -> float:
-    return study.floor.value_nm if study.floor.value_nm > 0.0 else 0.0
+    return finding.energy_share * max(
+        float(np.mean(left**2)) - study.left.noise_or_unknown_nm**2, 0.0
+    )
 
 
 def _without(study: Study, index: int) -> Floats:

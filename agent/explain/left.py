@@ -137,12 +137,29 @@ class Left:
         """Return whether what is left is more than the floor, and noise all the same."""
         return self.louder_noise or self.slower_noise or self.unrepeated_noise
 
-    @cached_property
+    @property
     def without_measure(self) -> bool:
         """Return whether no noise floor was to be had, and what is left is surely not noise."""
-        if self.floor.value_nm > 0.0 or self.rows.shape[0] < FEWEST:
-            return False
-        return not is_noise_in_kind(self.table, self.rows, self.residual_nm)
+        return self._is_told_by_its_kind and not self._is_noise_in_kind
+
+    @property
+    def noise_or_unknown_nm(self) -> float:
+        """Return the noise: the floor, else what is left where it is noise in kind; 0 for neither.
+
+        Without a speed that is held no floor is measured. What keeps no memory and comes in no
+        spells is noise all the same, and no part of a mismatch.
+        """
+        if self.floor.value_nm > 0.0:
+            return self.floor.value_nm
+        return self.left_nm if self._is_told_by_its_kind and self._is_noise_in_kind else 0.0
+
+    @property
+    def _is_told_by_its_kind(self) -> bool:
+        return not self.floor.value_nm > 0.0 and self.rows.shape[0] >= FEWEST
+
+    @cached_property
+    def _is_noise_in_kind(self) -> bool:
+        return is_noise_in_kind(self.table, self.rows, self.residual_nm)
 
     @property
     def left_nm(self) -> float:
