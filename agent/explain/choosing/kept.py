@@ -14,9 +14,8 @@ from weakref import ReferenceType, ref
 
 from agent.identify.result import Floats
 
-MOST_BYTES = 352 * 2**20
+MOST_BYTES = 320 * 2**20
 """Of all columns that are kept, unless one round asks for more."""
-
 
 _Row = OrderedDict[int, tuple[ReferenceType["Kept"], int]]
 
@@ -67,10 +66,9 @@ class Kept:
         """Return the columns if they need not be made; this does not count as asking for them."""
         return self._columns
 
-    def made_by(self, make: Callable[[], Floats]) -> Kept:
-        """Return the same columns, made by something else from now on, so that what was may go."""
+    def make_by(self, make: Callable[[], Floats]) -> None:
+        """Have the same columns made by something else from now on, so that what was may go."""
         self._make = make
-        return self
 
     def put_away(self) -> None:
         """Forget the columns until they are asked for."""

@@ -11,7 +11,7 @@ from agent.identify.result import Floats
 DELAY = "measurement-delay"
 """The one effect that every other passes: its column is the twin's own torque, later or earlier."""
 
-_PARTS_KEPT = 64  # of mixed columns: a search moves along one number at a time
+_PARTS_KEPT = 32  # of mixed columns: a search moves along one number at a time
 
 
 def weighted_columns(scene: Scene, weighing: Weighing, form: Form, point: Point) -> Floats:

@@ -144,8 +144,8 @@ def on_scene(library: Library, scene: Scene) -> Library:
     moved = replace(library, scene=scene, known={})
     for (form, point), candidate in library.known.items():
         if not form.rests_on_numbers:
-            kept = candidate.kept.made_by(moved.maker(form, point))
-            moved.known[form, point] = replace(candidate, kept=kept)
+            candidate.kept.make_by(moved.maker(form, point))
+            moved.known[form, point] = candidate
     return moved
 
 
