@@ -66,10 +66,6 @@ class Kept:
         """Return the columns if they need not be made; this does not count as asking for them."""
         return self._columns
 
-    def make_by(self, make: Callable[[], Floats]) -> None:
-        """Have the same columns made by something else from now on, so that what was may go."""
-        self._make = make
-
     def put_away(self) -> None:
         """Forget the columns until they are asked for."""
         self._columns = None

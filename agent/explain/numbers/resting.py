@@ -139,14 +139,11 @@ def _same(before: Term, after: Term) -> bool:
 def on_scene(library: Library, scene: Scene) -> Library:
     """Return a library on another scene of the same motion, its candidates as they were made.
 
-    What was asked for of laws that are made of none of the twin's numbers is known there as well.
+    What was asked for of laws that are made of none of the twin's numbers is known there as well,
+    and made once more, if it must be, on the scene that it was made on.
     """
-    moved = replace(library, scene=scene, known={})
-    for (form, point), candidate in library.known.items():
-        if not form.rests_on_numbers:
-            candidate.kept.make_by(moved.maker(form, point))
-            moved.known[form, point] = candidate
-    return moved
+    known = {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
+    return replace(library, scene=scene, known=known)
 
 
 def is_possible(library: Library, terms: Sequence[Candidate]) -> bool:
