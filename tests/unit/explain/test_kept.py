@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from hypothesis import strategies as st
 
 from agent.explain.choosing import kept
 from agent.explain.choosing.kept import Kept, kept_bytes, new_round
+from agent.explain.numbers.resting import on_scene
 from agent.identify.result import Floats
+from tests.science.explain_joint import Conditions, library_of, nothing, record, stair
 
 SIZE = np.zeros(64).nbytes
 
@@ -89,3 +92,15 @@ def test_columns_that_were_given_stay() -> None:
     for law in others:
         _ = law.columns
     assert all(law.at_hand is not None for law in given_ones)
+
+
+def test_columns_come_back_as_they_were_whatever_scene_has_taken_them_over() -> None:
+    """A soft gear rests on none of the twin's numbers, and yet on the share that its arm has."""
+    run = record(stair((3, 10, 30)), nothing, Conditions(), 1)
+    library = library_of([run], asked={"joint-flexibility"})
+    gear = library.candidates[0]
+    before = gear.columns.copy()
+    tried = on_scene(library, replace(library.scene, arm_share=0.3))
+    gear.kept.put_away()
+    assert tried.candidate(gear.form, gear.point) is gear
+    np.testing.assert_array_equal(gear.columns, before)
