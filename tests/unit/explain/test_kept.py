@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,13 +21,10 @@ SIZE = np.zeros(64).nbytes
 
 
 @pytest.fixture(autouse=True)
-def room_for_eight() -> Iterator[None]:
-    """Let eight laws' columns be kept, beside what other tests of this process keep."""
-    before = kept.MOST_BYTES
-    new_round()
-    kept.MOST_BYTES = kept_bytes() + 8 * SIZE
-    yield
-    kept.MOST_BYTES = before
+def room_for_eight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let eight laws' columns be kept, apart from what other tests of this process keep."""
+    monkeypatch.setattr(kept, "_SHELF", kept._Shelf())
+    monkeypatch.setattr(kept, "MOST_BYTES", 8 * SIZE)
 
 
 def laws(count: int) -> tuple[list[Kept], Counter[int]]:
@@ -46,7 +43,6 @@ def laws(count: int) -> tuple[list[Kept], Counter[int]]:
 
 @given(asked=st.lists(st.one_of(st.integers(0, 19), st.none()), max_size=60))
 def test_columns_are_the_same_whenever_they_are_asked_for(asked: list[int | None]) -> None:
-    before = kept_bytes()
     own, _ = laws(20)
     for number in asked:
         if number is None:
@@ -55,11 +51,10 @@ def test_columns_are_the_same_whenever_they_are_asked_for(asked: list[int | None
             assert own[number].columns[0, 0] == number
             assert own[number].gram[0, 0] == 64.0 * number**2
     del own
-    assert kept_bytes() <= before  # nothing is held for laws that are gone
+    assert kept_bytes() == 0  # nothing is held for laws that are gone
 
 
 def test_what_was_asked_for_longest_ago_is_made_again_and_the_rest_is_not() -> None:
-    begin = kept_bytes()
     first, made_first = laws(6)
     for law in first:
         _ = law.columns
@@ -67,7 +62,7 @@ def test_what_was_asked_for_longest_ago_is_made_again_and_the_rest_is_not() -> N
     second, made_second = laws(6)
     for law in second:
         _ = law.columns
-    assert kept_bytes() <= begin + 8 * SIZE
+    assert kept_bytes() <= 8 * SIZE
     new_round()
     for law in (*second, *second):
         _ = law.columns
