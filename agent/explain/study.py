@@ -22,6 +22,7 @@ from agent.explain.named import Named, beside_wrong_numbers, named
 from agent.explain.numbers.alike import off_alike
 from agent.explain.numbers.balanced import spring_does_without
 from agent.explain.numbers.borne_out import below_zero, borne_out
+from agent.explain.numbers.held_weight import is_usual
 from agent.explain.numbers.hidden import reaching_over_the_unnamed
 from agent.explain.numbers.instead import with_a_ripple_instead, with_laws_instead
 from agent.explain.numbers.intervals import with_intervals
@@ -32,6 +33,7 @@ from agent.explain.numbers.short_stroke import (
     in_its_place,
     in_question,
     is_the_factors_weight,
+    pulls,
     weight_is_worth_a_name,
     without_gravity,
 )
@@ -161,11 +163,11 @@ def study(
             taken_for = frozenset({PAYLOAD.effect})
         library, not_judged, refitted, _ = _library(twin, table, among, ask=False)
         found = named(library, twin)
-    elif in_question(library) and len(found.choice.terms) > 1:
-        # Beside others a cable may have copied a weight and a part of one of them, greedily.
+    elif in_question(library) and (len(found.choice.terms) > 1 or pulls(found.choice)):
+        # A cable may have copied a weight and a part of another law, or of an offset, greedily.
         carried = _library(twin, table, among, ask=False)
         again = named(carried[0], twin)
-        if _does_better(again, found):
+        if _does_better(again, found, twin):
             library, not_judged, refitted, _ = carried
             found = again
     cells = deficiency_map(library, lines=lines)
@@ -213,9 +215,13 @@ def study(
     )
 
 
-def _does_better(carried: Named, asked: Named) -> bool:
-    """Return whether a weight among the numbers does with no more laws, and surely leaves less."""
-    few = len(carried.choice.terms) + 1 <= len(asked.choice.terms)
+def _does_better(carried: Named, asked: Named, twin: Twin) -> bool:
+    """Return whether a weight among the numbers does with no more laws, and surely leaves less.
+
+    A weight that is off by no more than a twin's usually is needs none, where no cable is left.
+    """
+    usual = pulls(asked.choice) and not pulls(carried.choice) and is_usual(twin, carried.model)
+    few = len(carried.choice.terms) + (0 if usual else 1) <= len(asked.choice.terms)
     ours, theirs = (float(np.mean(each.model.residual_nm**2)) for each in (carried, asked))
     return few and ours < _LESS * theirs
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.kept import Kept
 from agent.explain.forms.form import Form, Point
+from agent.explain.rows.kept import Kept
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of, gain_of
 from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.kept import Kept, new_round
 from agent.explain.choosing.weighted import DELAY, weighted_columns
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.refinement import climbed
 from agent.explain.forms.signal import later_by_numbers
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
+from agent.explain.rows.kept import Kept, new_round
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from weakref import ReferenceType, ref
+
 from agent.explain.forms.form import Columns, Form, Point
 from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.rows.evidence import Weighing
+from agent.explain.rows.kept import Kept
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
@@ -30,9 +34,24 @@ def _part(scene: Scene, weighing: Weighing, form: Form, part: Part) -> Floats:
     if found is None or found[0] is not weighing:
         while len(scene.parts) >= _PARTS_KEPT:
             del scene.parts[next(iter(scene.parts))]
-        made = weighing.weighted(_banded(scene, columns, point, form))
-        found = scene.parts[key] = weighing, made
-    return found[1]
+        found = scene.parts[key] = weighing, Kept(_Made(ref(scene), weighing, form, part))
+    return found[1].columns
+
+
+@dataclass(frozen=True)
+class _Made:
+    """Makes a part's weighted rows for the scene that keeps them."""
+
+    scene: ReferenceType[Scene]
+    weighing: Weighing
+    form: Form
+    part: Part
+
+    def __call__(self) -> Floats:
+        scene = self.scene()
+        if scene is None:
+            raise ValueError("a scene's parts are made for that scene, and it is gone")
+        return self.weighing.weighted(_banded(scene, *self.part, self.form))
 
 
 def _banded(scene: Scene, columns: Columns, point: Point, form: Form) -> Floats:

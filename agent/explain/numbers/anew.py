@@ -16,7 +16,6 @@ from agent.explain.choosing.beginnings import other_beginning
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, decided, settled
 from agent.explain.choosing.heard import BACKLASH
-from agent.explain.choosing.kept import Kept
 from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
@@ -39,6 +38,7 @@ from agent.explain.numbers.shaped import chosen_with_its_shape
 from agent.explain.numbers.whole import AGES, ageing_beside, grown, held_beside, yields_beside
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
+from agent.explain.rows.kept import Kept
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
 from agent.physics.effects import YIELDING

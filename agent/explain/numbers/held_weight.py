@@ -12,13 +12,17 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.search import Library
+from agent.explain.numbers.model import Model
 from agent.explain.numbers.reach import Reach
 from agent.explain.numbers.short_stroke import PAYLOAD
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
+from agent.physics.rigid_body import GRAVITY
+from agent.physics.twin import Twin
 
 _OFF = 0.025  # of the weight, one standard deviation: a twin's that was once identified
+_USUAL = 2.0  # standard deviations
 _SURE = 1.96
 
 
@@ -57,3 +61,10 @@ def reaching_over_the_weight(
     return replace(
         reach, below=np.minimum(reach.below, below), above=np.maximum(reach.above, above)
     )
+
+
+def is_usual(twin: Twin, model: Model) -> bool:
+    """Return whether the weight that a model refits is off by no more than a twin's usually is."""
+    given = np.array([getattr(twin, name) for name in GRAVITY])
+    off = np.array([model.base[name].value for name in GRAVITY]) - given
+    return float(np.linalg.norm(off)) <= _USUAL * _OFF * float(np.linalg.norm(given))

@@ -117,6 +117,11 @@ def weight_is_worth_a_name(library: Library) -> bool:
     return gained >= least_gain(library, plain, weight)
 
 
+def pulls(choice: Choice) -> bool:
+    """Return whether a cable was found."""
+    return any(term.scored.form.effect == _CABLE for term in choice.terms)
+
+
 def in_its_place(library: Library, choice: Choice) -> bool:
     """Return whether something was found of what gravity may be taken for, or gravity itself.
 

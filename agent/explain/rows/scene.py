@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,15 @@ from agent.explain.rows.arm_motion import ArmMotion
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.bridged import Bridged
 from agent.explain.rows.evidence import Weighing
+from agent.explain.rows.kept import Kept
 from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import Table
+from agent.explain.rows.wave import wave_of
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
 from agent.physics.effects import LEAST_LEVEL, along_the_way
-from agent.physics.periodic import followed
 from agent.physics.rigid_body import gravity_columns
 
 _WAVES = 12  # of 2 MB each
@@ -85,10 +86,10 @@ class Scene:
     lag_s: float = field(default=0.0, kw_only=True)
     arm_share: float = field(default=_ARM, kw_only=True)
     closely: bool = field(default=False, kw_only=True)
-    waves: dict[float, tuple[Floats, Floats, Floats]] = field(
+    waves: dict[float, tuple[Floats, Floats, Kept]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
     )
-    parts: dict[tuple[Callable[..., Floats], tuple[float, ...], bool], tuple[Weighing, Floats]] = (
+    parts: dict[tuple[Callable[..., Floats], tuple[float, ...], bool], tuple[Weighing, Kept]] = (
         field(init=False, default_factory=dict, compare=False, repr=False)
     )
 
@@ -126,13 +127,9 @@ class Scene:
         if found is None or found[0] is not position or found[1] is not velocity:
             while len(self.waves) >= _WAVES:
                 self.waves.pop(next(iter(self.waves)))
-            angle = order * position
-            wave = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
-            for at, period_s in self.each_piece():
-                wave[at] *= followed(order, velocity[at], period_s)[:, np.newaxis]
-            wave.flags.writeable = False
-            found = self.waves[order] = position, velocity, wave
-        return found[2]
+            made = partial(wave_of, order, position, velocity, self.each_piece())
+            found = self.waves[order] = position, velocity, Kept(made)
+        return found[2].columns
 
     @cached_property
     def travel_rad(self) -> Floats:

@@ -31,8 +31,9 @@ from agent.report.rows import ParameterRow
 
 _CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
 _TAKEN = frozenset({"half_gap_spread", "arm_yield_rad"})
-_RESTS_ON = {"driving_excess": "at the simulation's weight"}
 """Numbers of a gap's law that are the same for every gear, unless they come with an interval."""
+_RESTS_ON = {"driving_excess": "at the simulation's weight"}
+_PLACES = frozenset({"neutral_arm_rad", "center_arm_rad"})  # which may be nought as any other
 
 
 @dataclass(frozen=True)
@@ -126,13 +127,18 @@ def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, .
 
 
 def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, ...]:
-    """Return parameters as written, each in the unit that its size asks for."""
+    """Return parameters as written, each in the unit that its size asks for.
+
+    A size that a law lacks by its form, as a cable's slope that only stiffens, is no finding.
+    """
     rows = []
     for name, parameter in parameters.items():
         label = quantity_label(name)
         if not parameter.identified or not math.isfinite(parameter.value):
             reason = parameter.reason or "the data do not carry it"
             rows.append(ParameterRow(label, "", "", "", False, reason))
+            continue
+        if parameter.value == 0.0 and parameter.ci95 is None and name not in _PLACES:
             continue
         scale = quantity_scale(name, [parameter.value])
         value, interval, _ = written(parameter, scale.factor)

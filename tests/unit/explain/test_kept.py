@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.explain.choosing import kept
-from agent.explain.choosing.kept import Kept, kept_bytes, new_round
 from agent.explain.numbers.resting import on_scene
+from agent.explain.rows import kept
+from agent.explain.rows.kept import Kept, kept_bytes, new_round
 from agent.identify.result import Floats
 from tests.science.explain_joint import Conditions, library_of, nothing, record, stair
 
@@ -99,3 +100,25 @@ def test_columns_come_back_as_they_were_whatever_scene_has_taken_them_over() -> 
     gear.kept.put_away()
     assert tried.candidate(gear.form, gear.point) is gear
     np.testing.assert_array_equal(gear.columns, before)
+
+
+def test_what_laws_are_mixed_of_is_kept_with_them_and_goes_with_its_scene() -> None:
+    run = record(stair((3, 10, 30)), nothing, Conditions(), 1)
+    library = library_of([run], asked={"torque-ripple", "load-dependent-friction"})
+    scene = library.scene
+    wave = scene.wave(6.0).copy()
+    new_round()
+    made = [c.columns.copy() for c in library.candidates]
+    assert scene.parts
+    assert kept_bytes() > sum(c.columns.nbytes for c in library.candidates)
+    for candidate in library.candidates:
+        candidate.kept.put_away()
+    new_round()
+    new_round()
+    np.testing.assert_array_equal(scene.wave(6.0), wave)
+    for candidate, columns in zip(library.candidates, made, strict=True):
+        np.testing.assert_array_equal(candidate.columns, columns)
+    here = ref(scene)
+    del library, scene, candidate
+    assert here() is None
+    assert kept_bytes() == 0

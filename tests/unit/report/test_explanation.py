@@ -479,6 +479,16 @@ def test_numbers_of_an_effect_are_written_in_a_unit_that_fits(
     assert f"{row.value} {row.unit}" == written
 
 
+def test_a_size_that_a_law_lacks_by_its_form_is_not_among_its_numbers() -> None:
+    only_stiffens = {
+        "stiffness_nm_per_arm_rad": Parameter(0.0, None),
+        "cubic_stiffness_nm_per_arm_rad3": Parameter(2.2, (2.1, 2.3)),
+        "neutral_arm_rad": Parameter(0.0, None),
+    }
+    stiffening, neutral = parameter_rows(only_stiffens)
+    assert (stiffening.value, neutral.value) == ("2.20", "0")
+
+
 @pytest.mark.parametrize("case", examples.ALL)
 def test_text_fits_a_terminal_and_begins_with_the_answer(case: Case) -> None:
     text = explanation_text(explanation(case), axis=1, next_file="next.json")

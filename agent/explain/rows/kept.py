@@ -1,8 +1,9 @@
 """Columns of laws, kept for as long as memory allows: those asked for longest ago are made again.
 
 A search looks at a thousand laws, and beside what it has found at as many others, while it may
-still go back to the first. All of them at once would take more memory than a small machine has;
-what is gone costs the milliseconds that it took to make.
+still go back to the first. All of them at once, with the waves and parts that they are mixed of,
+would take more memory than a small machine has; what is gone costs the milliseconds that it took
+to make.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _Row = OrderedDict[int, tuple[ReferenceType["Kept"], int]]
 
 
 class Kept:
-    """A law's weighted columns, shape (m, k), and their products with each other.
+    """Columns, as a law's weighted ones, shape (m, k), and their products with each other.
 
     Parameters
     ----------
