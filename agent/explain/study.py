@@ -216,14 +216,16 @@ def study(
 
 
 def _does_better(carried: Named, asked: Named, twin: Twin) -> bool:
-    """Return whether a weight among the numbers does with no more laws, and surely leaves less.
+    """Return whether a weight among the numbers does with fewer laws, and surely leaves less.
 
-    A weight that is off by no more than a twin's usually is needs none, where no cable is left.
+    A weight that is off by no more than a twin's usually is counts for none: where a cable was
+    found and none is left beside it, as many laws that leave no more will do.
     """
-    usual = pulls(asked.choice) and not pulls(carried.choice) and is_usual(twin, carried.model)
-    few = len(carried.choice.terms) + (0 if usual else 1) <= len(asked.choice.terms)
-    ours, theirs = (float(np.mean(each.model.residual_nm**2)) for each in (carried, asked))
-    return few and ours < _LESS * theirs
+    laws, theirs = len(carried.choice.terms), len(asked.choice.terms)
+    left, leaves = (float(np.mean(each.model.residual_nm**2)) for each in (carried, asked))
+    if pulls(asked.choice) and not pulls(carried.choice) and is_usual(twin, carried.model):
+        return laws <= theirs and left <= leaves
+    return laws < theirs and left < _LESS * leaves
 
 
 def _weighs_by_the_factor(twin: Twin, choice: Choice, model: Model, factor: float) -> bool:
