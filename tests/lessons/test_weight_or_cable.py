@@ -67,3 +67,25 @@ def test_a_cable_that_stiffens_beside_an_offset_is_told_from_any_weight(
     library = Library.of(Scene(table, theta, left), weigh(table, left), forms)
     rest, weight = library.base[:, :3], library.base[:, 3:]
     assert pulled_and_offset(library, rest, weight, ()) is is_pair
+
+
+@pytest.mark.parametrize("fastest_rad_s", [50.0, 80.0])
+def test_an_offset_beside_a_weight_that_is_a_percent_off_is_no_cable(fastest_rad_s: float) -> None:
+    """Held as the simulation has it, the weight left a line over the angle: a cable, for sure."""
+
+    def missing(driven: Driven) -> Floats:
+        speed = driven.velocity_rad_s
+        return np.asarray(0.05 * np.exp(-np.abs(speed) / 5.0) * np.sign(speed) - 0.03)
+
+    weighs = replace(TWIN, gravity_sin_nm=3.4, gravity_cos_nm=-0.34)
+    known = replace(weighs, gravity_sin_nm=0.992 * 3.4, gravity_cos_nm=-0.986 * 0.34)
+    speeds = (2.0, 6.0, 16.0, 0.5 * fastest_rad_s, fastest_rad_s)
+    *fit, held_out = (
+        recorded(stair([k * v for v in speeds]), missing, 0.02, seed, weighs)
+        for seed, k in enumerate((1.0, 1.07, 1.15, 0.93))
+    )
+    found = explain(known, fit, [held_out]).findings
+    constant, friction = sorted(found, key=lambda finding: finding.effect == "stribeck")
+    assert friction.effect == "stribeck"
+    named = {constant.effect, *(other.effect for other in constant.alternatives)}
+    assert named == {"torque-offset", "direction-asymmetry"}
