@@ -57,7 +57,8 @@ def exchanged(
         tried.add(index)
         others = [t.candidate for i, t in enumerate(terms) if i != index]
         alike = tuple(c for c in library.candidates if c.form.effect in _effects(terms[index]))
-        again = replace(library, candidates=alike).rank(others)
+        # What called for the exchange lies where a search from the grid may not end.
+        again = replace(library, candidates=alike).rank(others, known=[scored.candidate])
         best = preferred(library, again, float(library.errors(others).sum()))
         if best is None or best.form is terms[index].scored.form:
             continue

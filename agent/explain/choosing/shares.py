@@ -25,6 +25,7 @@ from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats
 
 _HARDLY = 0.2  # of what all effects remove together
+_NEXT_TO_NOTHING = 0.02  # the same of one: others take nearly all of its part
 _Adds = TypeVar("_Adds", bound=Callable[[Scene], Floats])
 
 
@@ -56,8 +57,8 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     one. What two effects carry together, as both turn with the velocity, is in both shares, and
     what they take from each other in neither. How well the other terms would stand in for the
     missing one, were they fitted anew, is no part of it. Unless they take nearly all of it from
-    each other, as a wobble and the soft gear that it shakes may: then a share is what is left
-    without the effect, the others fitted anew.
+    each other, as a wobble and the soft gear that it shakes may, or others take it all from one:
+    then a share is what is left without the effect, the others fitted anew.
 
     Parameters
     ----------
@@ -79,11 +80,13 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
             gone = gone + later @ numbers[:own]
         without = sliding_nm2(library, _refitted(library, library.target - gone))
         out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
-    if above > 0.0 and sum(out) < _HARDLY * (plain - full) / above:
-        for index in range(len(terms)):
+    explained = (plain - full) / above if above > 0.0 else 0.0
+    hardly = sum(out) < _HARDLY * explained
+    for index, share in enumerate(out):
+        if hardly or share < _NEXT_TO_NOTHING * explained:
             others = [term for i, term in enumerate(terms) if i != index]
             without = sliding_nm2(library, library.residual(others))
-            out[index] = min(max((without - full) / above, 0.0), 1.0)
+            out[index] = min(max((without - full) / above, share), 1.0)
     return tuple(out)
 
 

@@ -109,6 +109,8 @@ class Form:
     roughly : mapping of str to float
         Non-linear numbers that make up for that where more than noise is left; and the share of
         each by which luck moves it elsewhere.
+    beyond : callable, optional
+        (scene, point) to numbers that what is compared is too slow to tell, and why.
     kinds : tuple of str
         Non-linear numbers that say which kind of the law it is: tried, but not measured.
     catch_all : bool
@@ -159,6 +161,7 @@ class Form:
     from_residual: bool = False
     is_a_mean: Callable[[Point], bool] | None = None
     roughly: Mapping[str, float] = field(default_factory=dict, hash=False)
+    beyond: Callable[[Scene, Point], Mapping[str, str]] | None = None
     kinds: tuple[str, ...] = ()
     catch_all: bool = False
     only_clearly: bool = False

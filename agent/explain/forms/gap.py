@@ -44,6 +44,9 @@ _ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
 _LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
 _SPREAD = 0.07  # share by which one gap differs: a gear's is not the same all the way round
 _UNEVEN = (_SPREAD, 0.0)  # and teeth that only push
+_HEARD_UP_TO = 1.5  # cutoffs: contacts that ring faster came out up to four times too soft
+_AT_THE_END = 0.95  # of the fastest that is looked for
+_TOO_FAST = "the teeth ring faster than what is compared"
 _NEARLY_EVEN, _EVEN = 0.04, 0.01  # the same of gaps that are looked for once the joint is known
 _AROUND = tuple(float(x) for x in np.geomspace(0.86, 1.16, 9))
 _ALL_HZ, _ALL_RINGS = log_grid(0.4, 2.5, 6), (0.15, 0.35)
@@ -285,6 +288,21 @@ def _is_uneven(point: Point) -> bool:
     return point[-2] > _EVEN
 
 
+def _too_fast(scene: Scene, point: Point) -> Mapping[str, str]:
+    """Return what rings above what is compared, and at the end of the search what pays for it.
+
+    That blows happened is seen there, and how much; not how hard teeth are that ring faster.
+    """
+    _, _, _, contact_hz, *_ = point
+    cutoff_hz = scene.table.cutoff_hz
+    if contact_hz <= _HEARD_UP_TO * cutoff_hz:
+        return {}
+    numbers = ["contact_hz", "damping_ratio"]
+    if contact_hz > _AT_THE_END * swing_limits(scene)[0][1]:
+        numbers += ["arm_share", "arm_inertia_kg_m2"]
+    return dict.fromkeys(numbers, _TOO_FAST)
+
+
 def is_a_spring(scene: Scene, form: Form, point: Point) -> bool:
     """Return whether it is a gap of next to nothing beside what its own contact gives way by."""
     if form not in FORMS:
@@ -330,6 +348,7 @@ FORMS: tuple[Form, ...] = (
         uneven={"half_gap_rad": "half_gap_spread"},
         is_a_mean=_is_uneven,
         roughly=MappingProxyType({"contact_hz": 0.02, "damping_ratio": 0.08}),
+        beyond=_too_fast,
         kinds=("half_gap_spread", "parting_damping_share"),
         assumes={"arm_friction_share": _RESTS_ON_YIELD},
         from_residual=True,

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.materiality import FAR, noise_energy
-from agent.explain.choosing.rivals import WEIGHT
+from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
 from agent.explain.forms.refinement import limits_of
@@ -61,7 +61,8 @@ def with_intervals(library: Library, model: Model) -> Model:
         for at, name in enumerate(term.scored.form.linear, start=place.start):
             numbers[name] = _widened(numbers[name], reach, at)
         numbers |= _nonlinear(library, model, index, reach, places)
-        parameters.append(only_together(term.scored.form, numbers))
+        numbers = only_together(term.scored.form, numbers)
+        parameters.append(_but_for_what_is_too_fast(library, term, numbers))
     reaching = reaching_over_a_filter(model, parameters)
     return reaching_over_other_pulls(library, replace(model, base=base, parameters=reaching))
 
@@ -110,6 +111,17 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
             reason = _TOGETHER if loose else _AS_PRODUCT
             out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out
+
+
+def _but_for_what_is_too_fast(
+    library: Library, term: Term, numbers: dict[str, Parameter]
+) -> dict[str, Parameter]:
+    """Return a term's numbers without those that what is compared is too slow to tell."""
+    form = term.scored.form
+    beyond = form.beyond(library.scene, term.candidate.point) if form.beyond is not None else {}
+    return numbers | {
+        n: Parameter.not_identified(why, numbers[n].value) for n, why in beyond.items()
+    }
 
 
 def _may_be_nothing(numbers: Mapping[str, Parameter], name: str) -> bool:

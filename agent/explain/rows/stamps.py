@@ -25,6 +25,9 @@ _FARTHEST = 0.45  # of a period: rows keep their order, and a row told twice is 
 _GAP = 1.5  # periods: with more between two stamps, rows are missing
 _FEWEST = 200
 _SIGMAS = 5.0
+_MANY = 25  # rows: a lag lasts for them, an error of a stamp does not
+_WEIGHED = 4  # times: the line says how products scatter, and that how they weigh
+_LEAST_SCATTER = 1e-3  # of the greatest
 
 
 def put_right(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
@@ -83,7 +86,7 @@ def stamp_errors_s(run: Run) -> Floats | None:
     lacks = np.diff(position) - (between - bend) * step_s
     fast &= step_s < _GAP * period_s  # where rows are missing, the way between them is not known
     fast &= np.abs(lacks) < 2.0 * np.abs(between) * period_s  # a count that ran over
-    lacks -= _lag(np.where(fast, np.diff(velocity), 0.0), lacks)
+    lacks -= _lag(np.where(fast, np.diff(velocity), 0.0), np.where(fast, lacks, 0.0))
     pair = fast[1:] & fast[:-1]
     if int(pair.sum()) < _FEWEST:
         return None
@@ -106,9 +109,15 @@ def _off_even_time_s(run: Run) -> Floats | None:
 
 
 def _lag(changes: Floats, lacks: Floats) -> Floats:
-    """Return what a velocity lacks for being late as a whole, shape (n,)."""
-    energy = float(changes @ changes)
-    return changes * (float(changes @ lacks) / energy if energy > 0.0 else 0.0)
+    """Return what a velocity lacks for being late as a whole, shape (n,).
+
+    By sums over many rows: a stamp's own error is in the change and in what it lacks, with the same
+    sign, and of a sum only the first one's and the last one's are left.
+    """
+    over = np.ones(min(_MANY, changes.shape[0]))
+    changed, lacking = (np.convolve(each, over, "same") for each in (changes, lacks))
+    energy = float(changed @ changed)
+    return changes * (float(changed @ lacking) / energy if energy > 0.0 else 0.0)
 
 
 def _sampled_at(run: Run, time_s: Floats) -> Run:
@@ -143,12 +152,24 @@ def _sampled_at(run: Run, time_s: Floats) -> Run:
 
 
 def _line(speeds: Floats, products: Floats) -> tuple[float, float, float]:
-    """Return slope, intercept and the slope's standard error of a line through products."""
+    """Return slope, intercept and the slope's standard error of a line through products.
+
+    A product scatters by as much as it usually is, most where the joint is fast. Rows weigh by
+    that: alike, what is left of the fast rows' scatter would be told as noise at rest.
+    """
     columns = np.stack((speeds, np.ones_like(speeds)), axis=-1)
-    gram = np.linalg.inv(columns.T @ columns)
-    slope, intercept = gram @ (columns.T @ products)
-    left = products - columns @ np.array([slope, intercept])
-    spread = float(np.sqrt((gram @ (columns.T * left**2) @ columns @ gram)[0, 0]))
+    weight = np.ones_like(speeds)
+    slope = intercept = spread = 0.0
+    for _ in range(_WEIGHED):
+        gram = np.linalg.inv(columns.T @ (weight[:, np.newaxis] * columns))
+        slope, intercept = gram @ (columns.T @ (weight * products))
+        left = weight * (products - columns @ np.array([slope, intercept]))
+        spread = float(np.sqrt((gram @ (columns.T * left**2) @ columns @ gram)[0, 0]))
+        usual = max(slope, 0.0) * np.abs(speeds) + abs(intercept)
+        least = _LEAST_SCATTER * float(usual.max())
+        if not least > 0.0:
+            break
+        weight = (least / np.maximum(usual, least)) ** 2
     return float(slope), float(intercept), spread
 
 
