@@ -22,6 +22,12 @@ from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
 from agent.explain.choosing.preferred import named_by_reach, named_by_width, preferred
 from agent.explain.choosing.rivals import DECISIVE, Term, likeness, log_density_gap, with_rivals
+from agent.explain.choosing.same_spring import (
+    arm_of,
+    but_its_waves,
+    on_one_spring,
+    with_their_spring,
+)
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
@@ -99,7 +105,12 @@ def choose(
             continue
         found = _newcomer(library, plain, chosen, current, ranked, best)
         if found is None:
-            break
+            sprung = with_their_spring(library, chosen, current)
+            if sprung is None:
+                break
+            chosen, current = sprung
+            kept |= {chosen[-1].scored.form}
+            continue
         (moved, best, accident), asked = found
         best = deepest(library, [t.candidate for t in moved], best, far=True)
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
@@ -109,7 +120,7 @@ def choose(
             break
     if held and chosen:
         asked = Asked.of(library, plain, [term.candidate for term in chosen])
-        chosen, current = _pruned(library, chosen, asked)
+        chosen, current = _pruned(library, chosen, asked, kept - {t.scored.form for t in begun})
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
@@ -202,7 +213,9 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
     for i in range(len(chosen)):
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
         known = [chosen[i].candidate, *_special_cases(library, chosen[i].candidate)]
-        ranked = library.rank(others, known=known)
+        arm = arm_of(library, [t.candidate for t in chosen])
+        ranked = on_one_spring(library, others, library.rank(others, known=known), arm)
+        ranked = but_its_waves(chosen[i].candidate, others, ranked)
         ranked = allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
         if further:
             # More of the same by another name, where only the later recordings have been.
@@ -218,7 +231,7 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
         if best is not None:
             best = named_by_width(library, ranked, best)
             best = named_by_reach(library, ranked, best, without)
-            alike = told_apart(library, others, ranked)
+            alike = told_apart(library, others, ranked, arm)
             if best.form.effect in alike:
                 first = next(iter(alike))
                 best = next(s for s in ranked if s.form.effect == first)

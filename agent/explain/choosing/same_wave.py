@@ -9,10 +9,11 @@ two laws predicts better is asked where neither has to stand for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from agent.explain.choosing.candidate import Candidate, Scored
+from agent.explain.choosing.same_spring import on_one_spring
 from agent.explain.choosing.search import Library
 from agent.explain.forms.order import BESIDE_A_WAVE
 from agent.explain.forms.orders import half_a_line
@@ -21,7 +22,10 @@ _OF_ONE_WAVE = frozenset({"kinematic-error", "resolver-error"})
 
 
 def told_apart(
-    library: Library, others: Sequence[Candidate], ranked: Sequence[Scored]
+    library: Library,
+    others: Sequence[Candidate],
+    ranked: Sequence[Scored],
+    arm: Mapping[str, float],
 ) -> dict[str, Scored]:
     """Return the best form of a wobble and of a misread angle beside `BESIDE_A_WAVE`, by effect.
 
@@ -32,6 +36,8 @@ def told_apart(
         The model that either would join.
     ranked : sequence of Scored
         Beside the others alone, the best first.
+    arm : mapping of str to float
+        On which either swings, where the model has one: see `same_spring.arm_of`.
 
     Returns
     -------
@@ -55,6 +61,7 @@ def told_apart(
     of_order += tuple(c for c in own if c.form not in started)
     model = [*others, library.candidate(BESIDE_A_WAVE, (order,))]
     again = replace(library, candidates=of_order).rank(model, known=own)
+    again = on_one_spring(library, model, again, arm)
     found: dict[str, Scored] = {}
     for scored in again:
         found.setdefault(scored.form.effect, scored)

@@ -27,15 +27,15 @@ _BORNE = 2  # orders that the weight shows, beside those that shake
 _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
-_SHARE = "arm_inertia_share"
-_SPRING = ("antiresonance_hz", "damping_ratio", _SHARE)
+SHARE = "arm_inertia_share"
+_SPRING = ("antiresonance_hz", "damping_ratio", SHARE)
 _RUBS = "arm_friction_share"  # of the dry friction: bearing and seal of the arm
 _AS_PRODUCT = (
     "known only times the arm's inertia, taken as a share of the joint's: the less of it is the "
     "arm's, the larger is the angle"
 )
 _ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
-_ARM_SHARES = (0.1, 0.9)
+ARM_SHARES = (0.1, 0.9)
 _ARM_FRICTION = 0.3  # of the dry friction, behind the gear: where the search begins
 _FRICTIONS = (0.0, 1.0)
 
@@ -153,7 +153,7 @@ def _wobble_step(scene: Scene) -> Point:
 def _spring_limits(scene: Scene) -> Sequence[tuple[float, float]]:
     """Return how far order, spring and arm are followed: stiffer is rigid in the band."""
     cutoff = scene.table.cutoff_hz
-    return (*order_limits(scene), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES)
+    return (*order_limits(scene), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, ARM_SHARES)
 
 
 def _spring_step(scene: Scene) -> Point:
@@ -177,9 +177,9 @@ def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
 
 def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the wobble with the arm behind it, and the spring through which that is shaken."""
-    own = {name: value for name, value in values.items() if name not in (_SHARE, _RUBS)}
+    own = {name: value for name, value in values.items() if name not in (SHARE, _RUBS)}
     arm = {
-        "arm_inertia_kg_m2": values[_SHARE] * inertia_of(scene),
+        "arm_inertia_kg_m2": values[SHARE] * inertia_of(scene),
         "arm_coulomb_nm": values[_RUBS] * max(float(scene.theta[2]), 0.0),
     }
     return ({**own, **arm},)
@@ -239,8 +239,8 @@ def _ripple_and_late(scene: Scene, point: Point) -> Floats:
 
 def _resolver_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the error with the spring on which the arm lags behind the motor that it shakes."""
-    arm = {"arm_inertia_kg_m2": values[_SHARE] * inertia_of(scene)}
-    return ({**{name: v for name, v in values.items() if name != _SHARE}, **arm},)
+    arm = {"arm_inertia_kg_m2": values[SHARE] * inertia_of(scene)}
+    return ({**{name: v for name, v in values.items() if name != SHARE}, **arm},)
 
 
 BESIDE_A_WAVE = Form(
@@ -252,6 +252,11 @@ BESIDE_A_WAVE = Form(
     needs=_POSITION,
 )
 """What nearly every recording has of a wave's order, too small for a name: it is no candidate."""
+
+_WOBBLE_ON_A_SPRING = "one order, through the gear's spring"
+_ERROR_ON_A_SPRING = "whole order of the motor, the arm on the gear's spring"
+ON_A_SPRING = frozenset({_WOBBLE_ON_A_SPRING, _ERROR_ON_A_SPRING})
+"""Names of the forms whose wave shakes an arm on a spring."""
 
 FORMS: tuple[Form, ...] = (
     Form(
@@ -271,7 +276,7 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "kinematic-error",
-        "one order, through the gear's spring",
+        _WOBBLE_ON_A_SPRING,
         ("cos_rad", "sin_rad"),
         _wobble,
         ("order_per_motor_rev", *_SPRING, _RUBS),
@@ -284,7 +289,7 @@ FORMS: tuple[Form, ...] = (
         rests_on_numbers=True,
         from_residual=True,
         as_product=_AS_PRODUCT,
-        told_apart_by=_SHARE,
+        told_apart_by=SHARE,
     ),
     Form(
         "resolver-error",
@@ -300,7 +305,7 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "resolver-error",
-        "whole order of the motor, the arm on the gear's spring",
+        _ERROR_ON_A_SPRING,
         ("cos_rad", "sin_rad"),
         _resolver_swinging,
         ("order_per_motor_rev", *_SPRING),

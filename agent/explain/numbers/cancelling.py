@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from itertools import combinations
 
 from agent.explain.choosing.candidate import basis_of
+from agent.explain.choosing.same_spring import is_one_arm
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model
 from agent.identify.result import Parameter
@@ -24,7 +25,8 @@ def cancelled_by(library: Library, model: Model) -> Mapping[int, int]:
 
     A hose's pull and a weight that is too small both follow the arm. On a short stroke any share of
     the one may be made up for by the other, and a form that is not quite the joint's decides how
-    much. What the twin's own numbers take up counts for neither.
+    much. What the twin's own numbers take up counts for neither. A wave and the soft gear that it
+    shakes are known where both say the same spring.
 
     Parameters
     ----------
@@ -38,6 +40,8 @@ def cancelled_by(library: Library, model: Model) -> Mapping[int, int]:
         torques.append(weighted - basis @ (basis.T @ weighted))
     out: dict[int, int] = {}
     for i, j in combinations(range(len(torques)), 2):
+        if is_one_arm(model.terms[i].candidate, model.terms[j].candidate):
+            continue
         both = torques[i] + torques[j]
         smaller = min(float(torques[i] @ torques[i]), float(torques[j] @ torques[j]))
         if float(both @ both) < _LEFT * smaller:
