@@ -114,3 +114,13 @@ def test_without_a_velocity_stamps_that_vary_by_little_are_the_instants(share: f
     assert left_nm(own) < 1.03 * left_nm(even)
     taken_for_even = replace(own, signals=replace(own.signals, time_s=even_s))
     assert left_nm(taken_for_even) > 1.2 * left_nm(even)
+
+
+def test_stamps_of_a_fast_log_are_put_right_by_how_products_scatter() -> None:
+    """Fast rows' scatter, told as noise at rest, left more than half of every stamp's error."""
+    rng = np.random.default_rng(6)
+    even_s: Floats = np.arange(12000, dtype=np.float64) * 0.002 + 1.0
+    uneven_s: Floats = even_s + 0.0003 * rng.standard_normal(even_s.size)
+    errors = stamp_errors_s(log(uneven_s, even_s, 2.0**19))
+    assert errors is not None
+    assert np.std(errors - (even_s - uneven_s)) < 0.15 * np.std(even_s - uneven_s)

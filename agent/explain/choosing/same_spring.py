@@ -30,7 +30,8 @@ _DAMPED = 0.05  # of critical: where the soft gear's search begins
 _ROUNDS = 3  # of moving all numbers together
 _ALIKE = 0.05  # of their frequency: so near are two springs one
 _ONE_ARM = 0.15  # of the joint's inertia, apart: so near are two arms one
-_HZ = "antiresonance_hz"
+_AS_DAMPED = 0.3  # of the larger damping, apart
+_HZ, _DAMPING = "antiresonance_hz", "damping_ratio"
 _SPRING = "one spring"
 
 
@@ -54,7 +55,7 @@ def with_their_spring(
     form = next((gear for gear in gears if gear.name == _SPRING), None)
     if form is None:
         return None
-    begin = library.candidate(form, (float(np.median([_hertz(c) for c in shaken])), _DAMPED))
+    begin = library.candidate(form, (float(np.median([_number(c, _HZ) for c in shaken])), _DAMPED))
     moved = list(terms)
     spring = Scored(begin, np.ones(1), 0.0, current)
     for _ in range(_ROUNDS):
@@ -67,6 +68,9 @@ def with_their_spring(
     size = effective_size(library.scene.table, library.weighing, library.residual(columns))
     if behind_of(spring.blocks, current, size) < DECISIVE:
         return None
+    low, high = ARM_SHARES
+    if not low < arm_of(library, columns)[SHARE] < high:
+        return None  # next to none of the joint, or all of it, is no arm behind a gear
     accident = accident_of(library, moved, current, spring)
     if accident is None:
         return None
@@ -122,10 +126,12 @@ def on_one_spring(
     for scored in ranked:
         own = scored.candidate
         numbers = dict(zip(own.form.nonlinear, own.point, strict=True))
-        if own.form.name not in ON_A_SPRING or _is_of(numbers, arm):
+        # Of a wobble the arm is known only as a product with its angle.
+        asked = {n: v for n, v in arm.items() if n != SHARE or not own.form.as_product}
+        if own.form.name not in ON_A_SPRING or _is_of(numbers, asked):
             out.append(scored)
             continue
-        point = tuple(arm.get(name, value) for name, value in numbers.items())
+        point = tuple(asked.get(name, value) for name, value in numbers.items())
         there = replace(library, candidates=(library.candidate(own.form, point),))
         out += there.rank(others, refined=False)
     return sorted(out, key=lambda scored: scored.error)
@@ -142,7 +148,9 @@ def but_its_waves(
 
 def one_spring(one: Candidate, other: Candidate) -> bool:
     """Return whether two laws, each with a spring, swing on the same one."""
-    return abs(_hertz(one) - _hertz(other)) <= _ALIKE * _hertz(other)
+    near = abs(_number(one, _HZ) - _number(other, _HZ)) <= _ALIKE * _number(other, _HZ)
+    ours, theirs = _number(one, _DAMPING), _number(other, _DAMPING)
+    return near and abs(ours - theirs) <= _AS_DAMPED * max(ours, theirs)
 
 
 def is_one_arm(one: Candidate, other: Candidate) -> bool:
@@ -155,13 +163,12 @@ def is_one_arm(one: Candidate, other: Candidate) -> bool:
 def _is_of(wave: Mapping[str, float], arm: Mapping[str, float]) -> bool:
     """Return whether a wave's numbers are those of an arm."""
     near = abs(wave[_HZ] - arm[_HZ]) <= _ALIKE * arm[_HZ]
-    return near and abs(wave[SHARE] - arm[SHARE]) <= _ONE_ARM
+    return near and abs(wave[SHARE] - arm.get(SHARE, wave[SHARE])) <= _ONE_ARM
 
 
 def _is_soft_gear(form: Form) -> bool:
-    return form.effect in CARRIED and _HZ in form.nonlinear
+    return form.effect in CARRIED and {_HZ, _DAMPING} <= set(form.nonlinear)
 
 
-def _hertz(candidate: Candidate) -> float:
-    """Return the frequency of a law's spring, Hz."""
-    return float(candidate.point[candidate.form.nonlinear.index(_HZ)])
+def _number(candidate: Candidate, name: str) -> float:
+    return float(candidate.point[candidate.form.nonlinear.index(name)])

@@ -95,7 +95,7 @@ def stamp_errors_s(run: Run) -> Floats | None:
     least_s = _LEAST * period_s
     if square_s2 < _SIGMAS * spread_s2 or square_s2 < least_s**2:
         return None
-    error_s = _most_probable(between, lacks, fast, square_s2, max(noise_rad2, 0.0))
+    error_s = _most_probable(between, lacks, fast, square_s2, noise_rad2)
     error_s = np.clip(error_s, -_FARTHEST * period_s, _FARTHEST * period_s)
     return error_s if np.all(np.diff(signals.time_s - error_s) > 0.0) else None
 
@@ -155,22 +155,25 @@ def _line(speeds: Floats, products: Floats) -> tuple[float, float, float]:
     """Return slope, intercept and the slope's standard error of a line through products.
 
     A product scatters by as much as it usually is, most where the joint is fast. Rows weigh by
-    that: alike, what is left of the fast rows' scatter would be told as noise at rest.
+    that: alike, what is left of the fast rows' scatter would be told as noise at rest. What a
+    filtered velocity lacks in corners weighs most where it is slow, and looks like that, too: the
+    intercept is the least of any weighing, and none below zero.
     """
     columns = np.stack((speeds, np.ones_like(speeds)), axis=-1)
     weight = np.ones_like(speeds)
-    slope = intercept = spread = 0.0
+    slope, spread, least_noise = 0.0, 0.0, float("inf")
     for _ in range(_WEIGHED):
         gram = np.linalg.inv(columns.T @ (weight[:, np.newaxis] * columns))
         slope, intercept = gram @ (columns.T @ (weight * products))
         left = weight * (products - columns @ np.array([slope, intercept]))
         spread = float(np.sqrt((gram @ (columns.T * left**2) @ columns @ gram)[0, 0]))
+        least_noise = min(least_noise, max(float(intercept), 0.0))
         usual = max(slope, 0.0) * np.abs(speeds) + abs(intercept)
         least = _LEAST_SCATTER * float(usual.max())
         if not least > 0.0:
             break
         weight = (least / np.maximum(usual, least)) ** 2
-    return float(slope), float(intercept), spread
+    return float(slope), least_noise, spread
 
 
 def _most_probable(
