@@ -25,6 +25,7 @@ from agent.explain.choosing.rivals import DECISIVE, Term, likeness, log_density_
 from agent.explain.choosing.same_spring import (
     arm_of,
     but_its_waves,
+    is_shaken,
     on_one_spring,
     with_their_spring,
 )
@@ -109,7 +110,6 @@ def choose(
             if sprung is None:
                 break
             chosen, current = sprung
-            kept |= {chosen[-1].scored.form}
             continue
         (moved, best, accident), asked = found
         best = deepest(library, [t.candidate for t in moved], best, far=True)
@@ -120,7 +120,7 @@ def choose(
             break
     if held and chosen:
         asked = Asked.of(library, plain, [term.candidate for term in chosen])
-        chosen, current = _pruned(library, chosen, asked, kept - {t.scored.form for t in begun})
+        chosen, current = _pruned(library, chosen, asked)
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
@@ -176,17 +176,21 @@ def _forms(terms: Sequence[Term]) -> Counter[Form]:
 def _pruned(
     library: Library, chosen: list[Term], asked: Asked, kept: Container[Form] = frozenset()
 ) -> tuple[list[Term], Floats]:
-    """Take back every term that the others have made immaterial, but for what is kept."""
+    """Take back every term that the others have made immaterial, but for what is kept.
+
+    And but for a soft gear whose spring a wave beside it says as well, however small its part.
+    """
     while True:
         whole = library.errors([t.candidate for t in chosen])
         if len(chosen) < 2:
             return chosen, whole
         losses = []
         for i, term in enumerate(chosen):
-            without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
+            others = [t.candidate for j, t in enumerate(chosen) if j != i]
             needed = 0.0 if heard(library.scene, term.scored.form) else asked.gain
-            loss = worth(without, whole, needed, asked.noise)
-            losses.append(max(loss, 0.0) if term.scored.form in kept else loss)
+            loss = worth(library.errors(others), whole, needed, asked.noise)
+            stays = term.scored.form in kept or is_shaken(term.candidate, others)
+            losses.append(max(loss, 0.0) if stays else loss)
         weakest = int(np.argmin(losses))
         if losses[weakest] >= 0.0:
             return chosen, whole

@@ -141,9 +141,14 @@ def but_its_waves(
     own: Candidate, others: Sequence[Candidate], ranked: Sequence[Scored]
 ) -> list[Scored]:
     """Return what may stand in a law's place: for a soft gear, not a wave that it is shaken by."""
-    if not any(is_one_arm(own, other) and _is_soft_gear(own.form) for other in others):
+    if not is_shaken(own, others):
         return list(ranked)
     return [scored for scored in ranked if scored.form.effect in CARRIED]
+
+
+def is_shaken(own: Candidate, others: Sequence[Candidate]) -> bool:
+    """Return whether a law is a soft gear whose spring a wave among others says as well."""
+    return _is_soft_gear(own.form) and any(is_one_arm(own, other) for other in others)
 
 
 def one_spring(one: Candidate, other: Candidate) -> bool:
